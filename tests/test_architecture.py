@@ -17,7 +17,7 @@ import nnhydro
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "nnhydro"
 ORDER = ("runtime", "recordings", "physics", "effects", "features", "models", "dynamics", "deployment", "fitting",
-         "evaluation", "simulation", "blind_tests", "diagnosis", "report", "api", "cli")
+         "evaluation", "blind_tests", "simulation", "diagnosis", "report", "api", "cli")
 # inside diagnosis: what decides sees what is modelled, never the other way round
 FLOORS = ("constants", "problem", "model", "noise", "search", "decision", "findings", "calibration", "unexplained", "experiment",
           "corrected_model", "result", "diagnose")
@@ -108,6 +108,12 @@ def test_libraries_stay_in_their_part_of_the_tree():
         if library(module) in ("typer", "rich"):
             assert place[0] == "cli", f"{where}: what is written to a terminal belongs to cli"
         assert library(module) not in ("datasets", "training", "tests"), f"{where}: the package takes paths, it does not import {module}"
+
+
+def test_nothing_that_models_or_judges_sees_what_blind_tests_hide():
+    """A simulation makes concealed worlds, commands conceal and reveal; all else must do without."""
+    users = {path.relative_to(PACKAGE).parts[0] for path, module, _ in importing(SOURCES) if module.startswith("nnhydro.blind_tests")}
+    assert users <= {"blind_tests", "simulation", "cli"}
 
 
 def test_every_folder_of_the_package_has_its_place():

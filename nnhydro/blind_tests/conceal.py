@@ -28,6 +28,7 @@ from nnhydro.runtime.registry import choices
 SCHEMA = "nnhydro/suite/1"
 MARKER = "suite.json"
 SPECIAL = ("none", "random", "mixed", "base_form", "unlisted")
+UNSHOWN = "no arm and motions were found that show it at that strength: try strength weak, two links or another seed"
 DIGITS = {"rad": 7, "rad_s": 6, "rad_s2": 5, "Nm": 6, "m_s": 6, "m_s2": 6, "s": 5}
 
 
@@ -48,23 +49,24 @@ def known_names() -> tuple[str, ...]:
     return (*SPECIAL, *names(), *names("base_form"), *names("unlisted"))
 
 
-def check_request(wish: Wish, count: int, seed: int) -> None:
-    """Raise ConfigError where something is asked for that cannot be made."""
-    require(wish.effect in known_names(), f"--effect {wish.effect}: not known: {choices(wish.effect, known_names())}")
-    require(wish.strength in FACTORS, f"--strength {wish.strength}: not known: {choices(wish.strength, FACTORS)}")
-    require(wish.size in SIZES, f"--size {wish.size}: not known: {choices(wish.size, SIZES)}")
-    require(wish.links in (None, 1, 2), f"--links {wish.links}: choose 1 or 2")
-    require(1 <= count <= 999, f"--count {count}: choose 1 to 999")
-    require(1 <= wish.effects <= 3, f"--effects {wish.effects}: choose 1 to 3")
-    require(wish.acts in KINDS, f"--acts {wish.acts}: not known: {choices(wish.acts, KINDS)}")
+def check_request(wish: Wish, count: int, seed: int, option: str = "--") -> None:
+    """Raise ConfigError where something is asked for that cannot be made; messages put `option` before the names of what was asked."""
+    require(wish.effect in known_names(), f"{option}effect {wish.effect}: not known: {choices(wish.effect, known_names())}")
+    require(wish.strength in FACTORS, f"{option}strength {wish.strength}: not known: {choices(wish.strength, FACTORS)}")
+    require(wish.size in SIZES, f"{option}size {wish.size}: not known: {choices(wish.size, SIZES)}")
+    require(wish.links in (None, 1, 2), f"{option}links {wish.links}: choose 1 or 2")
+    require(1 <= count <= 999, f"{option}count {count}: choose 1 to 999")
+    require(1 <= wish.effects <= 3, f"{option}effects {wish.effects}: choose 1 to 3")
+    require(wish.acts in KINDS, f"{option}acts {wish.acts}: not known: {choices(wish.acts, KINDS)}")
     local = wish.effects == 1 and wish.effect in {"random", *names()} - {"added_mass", "torque_drift"}
-    require(wish.acts == "always" or local, f"--acts {wish.acts}: needs one effect of the catalogue (or random) that is not added_mass "
-            "or torque_drift: leave --effects out")
-    require(seed >= 0, f"--seed {seed}: give a whole number from 0 on")
+    require(wish.acts == "always" or local, f"{option}acts {wish.acts}: needs one effect of the catalogue (or random) that is not "
+            f"added_mass or torque_drift: leave {option}effects out")
+    require(seed >= 0, f"{option}seed {seed}: give a whole number from 0 on")
     require(wish.effects == 1 or wish.effect in {"random", *names()} - {"added_mass"},
-            f"--effects {wish.effects}: several at once need --effect random or an effect of the catalogue other than added_mass")
+            f"{option}effects {wish.effects}: several at once need {option}effect random or an effect of the catalogue other than "
+            "added_mass")
     need = [n for n in known_names() if n not in SPECIAL and n not in {*names("", 1), *names("base_form", 1), *names("unlisted", 1)}]
-    require(wish.links != 1 or wish.effect not in need, f"--effect {wish.effect}: needs two links: leave --links out or give 2")
+    require(wish.links != 1 or wish.effect not in need, f"{option}effect {wish.effect}: needs two links: leave {option}links out or give 2")
 
 
 def _csv(columns: dict[str, NDArray[np.float64]]) -> str:
@@ -103,8 +105,7 @@ def conceal(out: Path, wishes: list[Wish], seed: int, key_file: Path | None = No
             try:
                 drawn = draw_campaign(seed, index, wish)
             except NotVisibleError as cause:
-                raise ConfigError(f"--effect {cause}: no arm and motions were found that show it at that strength: try --strength weak, "
-                                  "two links or another seed") from cause
+                raise ConfigError(f"--effect {cause}: {UNSHOWN}") from cause
             write_concealed(work / name, drawn)
             for motion, unseen in drawn.unseen.items():
                 drawn.answer["unseen"][motion]["true_model_Nm"] = true_torque(unseen, drawn.arm, _csv(unseen.links)).round(5).tolist()

@@ -15,7 +15,8 @@ def simulate(recipe: RecipeArgument, out: OutOption, quiet: bool = QUIET, json: 
     """Simulate a tow-tank campaign.
 
     A recipe holds arm, true loads, motions, controller, sensors and seed. The key terms lists the true loads (rigid_body, normal_drag,
-    added_mass, coulomb_friction, ...). In place of arm and terms, the key truth may name the folder of a model.
+    added_mass, coulomb_friction, ...). In place of arm and terms, the key truth may name the folder of a model, or hide an effect as
+    nnhydro conceal does: {concealed: {effect: ID, seed: N}}.
     Motions are tow, slew, rotation, fourier, file and steady (a grid of steady runs).
     """
     from nnhydro.errors import count_text
@@ -25,12 +26,12 @@ def simulate(recipe: RecipeArgument, out: OutOption, quiet: bool = QUIET, json: 
     read = read_recipe(recipe)
     made = write_campaign(read, out)
     if json:
-        emit({"campaign": str(out), "name": read.settings.name, "seed": read.settings.seed, "terms": list(read.loads.terms),
+        emit({"campaign": str(out), "name": read.settings.name, "seed": read.settings.seed, "terms": list(read.truth_names),
               "files": [{"file": recording.file, "kind": recording.kind, "rows": recording.rows, "seconds": recording.seconds}
                         for recording in made]})
         return
     table(f"{out}: {read.arm.name}, seed {read.settings.seed}", ("file", "motion", "rows", "seconds"),
           [(recording.file, recording.kind, str(recording.rows), "" if recording.seconds is None else f"{recording.seconds:.2f}")
            for recording in made])
-    say(f"Truth: {', '.join(read.loads.terms)}")
+    say(f"Truth: {', '.join(read.truth_names)}")
     conclude(f"{count_text(len(made), 'file')} in {out}, seed {read.settings.seed}.", following=f"nnhydro check {shell_words(out)}")

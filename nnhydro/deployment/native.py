@@ -154,6 +154,10 @@ class NativeArm:
         begun = np.zeros(self.n) if start is None else np.array(start)
         return self._search_acceleration(q, qd, np.asarray(tau, dtype=float), u0, du0, dt, begun)
 
+    def encoders(self, q: Array) -> Array:
+        """Return the angles (joints,) rad that are read where the links stand at `q` (joints,) rad: the same."""
+        return q
+
     def _slope(self, q: Any, qd: Any, u0: float, du0: float, dt: float, qdd: Array, reach: float) -> Array:
         """d tau / d qdd (joints, joints) over `reach` rad/s^2."""
         shifted = [[self.torque(q, qd, qdd + sign * reach * unit, u0, du0, dt, keep=False) for unit in np.eye(self.n)] for sign in (1, -1)]

@@ -43,12 +43,14 @@ class WrittenRun:
 
 def runs(recipe: Recipe) -> Iterator[Run]:
     """Yield the runs of the motions against time, in order, before any sensor saw them; raise ConfigError naming the motion."""
-    settings = recipe.settings
-    if settings.controller is None:
+    settings, control = recipe.settings, recipe.settings.controller
+    law = None if control is None else control.torque_law(recipe.arm, settings.sample_rate_hz, recipe.folder)
+    if recipe.concealed is not None:
+        yield from recipe.concealed.runs(recipe.references, law, settings.fine_rate_hz, settings.hold)
+    elif law is None:
         for name, reference in recipe.references.items():
             yield run_prescribed(name, reference, recipe.arm, recipe.loads, settings.fine_rate_hz)
     elif recipe.references:
-        law = settings.controller.torque_law(recipe.arm, settings.sample_rate_hz, recipe.folder)
         if recipe.learned_truth is not None:
             yield from recipe.learned_truth.track_all(recipe.references, law, settings.fine_rate_hz, settings.hold)
             return
@@ -93,9 +95,10 @@ def _self_contained(recipe: Recipe, work: Path) -> dict[str, Any]:
             document[key] = f"motions/{motion.name}{path.suffix}"
             (work / "motions").mkdir(exist_ok=True)
             shutil.copyfile(path, work / document[key])
+    truth: dict[str, Any] = {}
     if recipe.settings.truth is None:
-        truth: dict[str, Any] = {"arm": recipe.arm.document()}
-    else:
+        truth = {"arm": recipe.arm.document()}
+    elif isinstance(recipe.settings.truth, str):
         truth = {"truth": "truth"}
         shutil.copytree(recipe.folder / recipe.settings.truth, work / "truth")
     return {**recipe.document, **truth, "seed": recipe.settings.seed, "motions": motions}

@@ -1,11 +1,11 @@
-"""One arm under control, compiled: the truth and the model that the controller holds both run as machine code.
+"""One arm under control, one motion at a time: compiled, as the model that the controller holds, or simulated by code of its own.
 
-The same law, the same Runge-Kutta steps and the same hold of the torque as in forward.py, one motion at a time, for studies of hours and
-for truths that were learned. Needs a C compiler.
+The same law, the same Runge-Kutta steps and the same hold of the torque as in forward.py, for studies of hours, for truths that were
+learned and for concealed worlds. What is compiled needs a C compiler.
 """
 
 from dataclasses import dataclass
-from typing import final
+from typing import Any, Protocol, final
 
 import numpy as np
 import torch
@@ -24,6 +24,22 @@ from nnhydro.simulation.torque_law import TorqueLaw
 Array = NDArray[np.float64]
 
 
+class SteppedArm(Protocol):
+    """What the loop asks of the arm that it moves; `dt` s have passed since the instant that was kept last."""
+
+    def begin(self) -> None:
+        """Forget the motion before: a run begins."""
+
+    def torque(self, q: Any, qd: Any, qdd: Any, u0: float = 0.0, du0: float = 0.0, dt: float = 0.0) -> Array:
+        """Return the joint torques (joints,) N m, and keep this instant."""
+
+    def acceleration(self, q: Any, qd: Any, tau: Any, u0: float = 0.0, du0: float = 0.0, dt: float = 0.0, start: Any = None) -> Array:
+        """Return the accelerations (joints,) rad/s^2 under `tau` N m; a search may begin at `start`."""
+
+    def encoders(self, q: Array) -> Array:
+        """Return the angles (joints,) rad that are read where the links stand at `q` (joints,) rad."""
+
+
 @final
 @dataclass(eq=False)
 class NativeInside:
@@ -40,7 +56,7 @@ class NativeInside:
         return torch.from_numpy(self.arm.torque(q[0].numpy(), qd[0].numpy(), qdd[0].numpy(), float(u0[0]), float(du0[0]), dt))[None]
 
 
-def stepped_once(truth: NativeArm, q: Array, qd: Array, tau: Array, carriage: Array, h: float,
+def stepped_once(truth: SteppedArm, q: Array, qd: Array, tau: Array, carriage: Array, h: float,
                  guess: Array | None = None) -> tuple[Array, Array, Array]:
     """Return q, qd after one Runge-Kutta step of `h` s and qdd at its start; `carriage` (3, 2) u0, du0 at its start, middle, end."""
 
@@ -50,10 +66,11 @@ def stepped_once(truth: NativeArm, q: Array, qd: Array, tau: Array, carriage: Ar
     return runge_kutta_step(acceleration, q, qd, h, guess)
 
 
-def track(name: str, reference: Reference, truth: NativeArm, law: TorqueLaw, rate_hz: float, hold: int) -> Run:
+def track(name: str, reference: Reference, truth: SteppedArm, law: TorqueLaw, rate_hz: float, hold: int) -> Run:
     """Return the run of `truth` along `reference` under `law`, which acts every `hold` steps of 1/`rate_hz` s.
 
-    Raises ConfigError where the arm runs away, ModelError where a learned truth has no acceleration for a torque.
+    The controller sees what the truth's encoders read. Raises ConfigError where the arm runs away, ModelError where the truth has no
+    acceleration for a torque.
     """
     t, h = grid(reference, rate_hz), 1.0 / rate_hz
     goal = reference.at(np.minimum(np.arange(2 * len(t)) * h / 2, reference.duration))
@@ -66,7 +83,8 @@ def track(name: str, reference: Reference, truth: NativeArm, law: TorqueLaw, rat
     for k in range(len(t)):
         if k % hold == 0:
             wanted = (tensor(goal.q[2 * k])[None], tensor(goal.qd[2 * k])[None], tensor(goal.qdd[2 * k])[None])
-            tau = law.torque(seen, wanted, tensor(q)[None], tensor(qd)[None], *(tensor(x)[None] for x in carriage[2 * k]))[0].numpy()
+            angles = tensor(truth.encoders(q))[None]
+            tau = law.torque(seen, wanted, angles, tensor(qd)[None], *(tensor(x)[None] for x in carriage[2 * k]))[0].numpy()
         if not np.abs(qd).max() < RUNAWAY:
             raise ConfigError(f"motion {name!r}: the arm runs away at t = {k * h:.3g} s: lower the gains or raise the rate")
         ahead = carriage[[2 * k, 2 * k + 1, min(2 * k + 2, len(carriage) - 1)]]

@@ -27,6 +27,7 @@ class Run:
     rate_hz: float
     state: State  # (n, joints), (n,)
     tau: Array  # (n, joints) N m, at the joints
+    start: float | None = None  # time of day in s, where the recorder writes it
 
     @property
     def t(self) -> Array:

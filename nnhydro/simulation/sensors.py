@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from nnhydro.conventions import TIME, column
+from nnhydro.conventions import CLOCK, TIME, column
 from nnhydro.errors import require
 from nnhydro.physics.motion import tensor
 from nnhydro.physics.transmission import sensor_torque
@@ -132,7 +132,7 @@ def _motion_columns(run: Run, arm: Arm, sensors: Sensors, t: Array) -> dict[str,
         out[column("u0")] = np.interp(t, run.t, s.u0)
         if sensors.accelerations:
             out[column("du0")] = np.interp(t, run.t, s.du0)
-    return out
+    return out if run.start is None else out | {CLOCK: run.start + t}
 
 
 def record(run: Run, arm: Arm, sensors: Sensors, substeps: int, rng: np.random.Generator) -> RecordedRun:

@@ -5,13 +5,11 @@ from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-import numpy as np
 import yaml
 
 import nnhydro
+from nnhydro.blind_tests.conceal import write_concealed
 from nnhydro.blind_tests.truth.campaign import Wish, draw_campaign
-from nnhydro.blind_tests.truth.tank import joint_torque
-from nnhydro.blind_tests.truth.world import TrueRun
 from nnhydro.deployment.native import NativeArm
 from nnhydro.dynamics.dynamics import Dynamics
 from nnhydro.fitting.config import TrainingConfig
@@ -20,7 +18,6 @@ from nnhydro.fitting.network.train import train
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.recordings.campaign import Campaign, open_campaign
 from nnhydro.recordings.filtering.preprocessing import Preparation
-from nnhydro.runtime.files import write_text
 from nnhydro.simulation.campaign_writer import write_campaign
 from nnhydro.simulation.recipe.recipe import parse_recipe
 
@@ -64,40 +61,12 @@ def tank(choice):
     return twin_and_models(choice["campaign"])
 
 
-class ConcealedArm:
-    """The arm of a concealed world as it really is, without memory: what the control loop asks of a compiled arm."""
-
-    def __init__(self, world):
-        self.arm, self.causes = world.arm, world.causes
-
-    def begin(self):
-        """Nothing is remembered."""
-
-    def torque(self, *motion, **others):
-        """What happened is noted by arms with a memory; this one has none, and the loop asks for nothing else."""
-
-    def torques(self, q, qd, qdd, u0, du0):
-        """Return the joint torques (k, joints) N m at the accelerations `qdd` (k, joints)."""
-        still = np.zeros(len(qdd))
-        motion = (np.broadcast_to(x, qdd.shape) for x in (q, qd))
-        run = TrueRun("loop", np.arange(len(qdd)) * 1e-3, *motion, qdd, still + u0, still + du0)
-        return joint_torque(run, self.arm, self.causes)
-
-    def acceleration(self, q, qd, tau, u0=0.0, du0=0.0, dt=0.0, start=None):
-        """Return the accelerations (joints,) rad/s^2 under `tau` (joints,) N m."""
-        n = len(q)
-        found = self.torques(q, qd, np.vstack([np.zeros(n), np.eye(n)]), u0, du0)
-        return np.linalg.solve((found[1:] - found[0]).T, tau - found[0])
-
-
 def concealed(choice):
-    """Return an arm with a cause that no model is told of, by other equations and other code, and models fitted to its recordings."""
-    drawn = draw_campaign(CONFIG["seed"], choice["index"], Wish(choice["effect"], links=2, size="small"))
+    """Return an arm that hides something no model is told of, by other equations and other code, and models fitted to its recordings."""
+    document = {"truth": {"concealed": choice["concealed"]}, "motions": CONFIG["motions"],
+                "controller": {"kind": "pd", **CONFIG["gains"]["pd"], **CONFIG["sees"]}, "sample_rate_hz": CONFIG["control_rate_hz"]}
+    recipe, keys = parse_recipe(document, "concealed", Path(".")), dict(choice["concealed"])
     with TemporaryDirectory() as folder:
-        write_text(Path(folder) / "arm.yaml", yaml.safe_dump(drawn.arm, sort_keys=False))
-        for name, columns in drawn.files.items():
-            if name.startswith("recordings/"):
-                rows = np.column_stack(list(columns.values()))
-                write_text(Path(folder) / name, "\n".join([",".join(columns), *(",".join(f"{x:.9g}" for x in row) for row in rows)]) + "\n")
+        write_concealed(Path(folder), draw_campaign(keys.pop("seed"), keys.pop("index"), Wish(**keys)))
         models = fitted(open_campaign(Path(folder)))
-    return ConcealedArm(next(iter(drawn.unseen.values()))), None, models
+    return recipe.concealed.loop_arm("loop"), None, models

@@ -77,6 +77,30 @@ class UnseenRun:
 
 
 @dataclass(frozen=True)
+class World:
+    """An arm as it really is and as arm.yaml states it, what it hides, and the runs of the campaign that shows it."""
+
+    arm: TrueArm
+    stated: dict[str, Any]
+    known_to: float
+    hidden: tuple[tuple[Cause, float], ...]  # each with its noncentrality
+    part: Part | None
+    sensors: TrueSensors
+    sigma: Array  # (L,) N m of the torque sensors' noise
+    measure: Yardstick
+
+    @property
+    def causes(self) -> tuple[Cause, ...]:
+        """What is hidden."""
+        return tuple(cause for cause, _ in self.hidden)
+
+    @property
+    def added_mass(self) -> bool:
+        """Whether the baseline has added mass: not where that is what is hidden."""
+        return all(cause.id != "added_mass" for cause in self.causes)
+
+
+@dataclass(frozen=True)
 class ConcealedCampaign:
     """A campaign as files (name -> columns), what arm.yaml holds, the baseline to diagnose it against, and the answer to be sealed."""
 
@@ -175,19 +199,31 @@ def _answer(wish: Wish, reference: Yardstick, hidden: Sequence[tuple[Cause, floa
             "coefficients": {"cd": [round(link.C_D, 5) for link in arm.links], "cm": [round(link.C_M, 5) for link in arm.links]}}
 
 
+def draw_world(seed: int, index: int, wish: Wish) -> World:
+    """Return the arm of campaign `index` of the suite `seed` with what it hides; raise NotVisibleError where no draw shows that."""
+    return _first_draw(seed, index, wish)[2]
+
+
 def draw_campaign(seed: int, index: int, wish: Wish) -> ConcealedCampaign:
     """Return campaign `index` of the suite `seed`; raise NotVisibleError where no draw shows what is to be hidden."""
+    attempt, rng, world = _first_draw(seed, index, wish)
+    made = _make_campaign(rng, wish, world)
+    made.answer["seed"] = [seed, index, attempt]
+    return made
+
+
+def _first_draw(seed: int, index: int, wish: Wish) -> tuple[int, Generator, World]:
+    """The first draw that shows what is to be hidden: its number, its world, and the generator for all that follows."""
     for attempt in range(ATTEMPTS):
         rng = np.random.default_rng([seed, index, attempt])
-        made = _attempt(rng, wish)
-        if made is not None:
-            made.answer["seed"] = [seed, index, attempt]
-            return made
+        world = _attempt(rng, wish)
+        if world is not None:
+            return attempt, rng, world
     raise NotVisibleError(f"{wish.effect} ({wish.strength}, {wish.links or 'any number of'} links)")
 
 
-def _attempt(rng: Generator, wish: Wish) -> ConcealedCampaign | None:
-    """One draw of a concealed campaign; None where its causes cannot be shown at the strength asked for."""
+def _attempt(rng: Generator, wish: Wish) -> World | None:
+    """One draw of a concealed world; None where its causes cannot be shown at the strength asked for."""
     links = wish.links or (2 if rng.random() < 0.75 else 1)
     counts, seconds, rates = SIZES[wish.size]
     names = choose(rng, wish, links)
@@ -206,22 +242,27 @@ def _attempt(rng: Generator, wish: Wish) -> ConcealedCampaign | None:
     made = _hide(rng, measure, names, wish)
     if made is None:
         return None
-    hidden, part = made
-    causes = [cause for cause, _ in hidden]
+    return World(arm, document(stated, known_to), known_to, tuple(made[0]), made[1], sensors, sigma, measure)
+
+
+def _make_campaign(rng: Generator, wish: Wish, world: World) -> ConcealedCampaign:
+    """The campaign of a world as its sensors record it, with the answer."""
+    arm, sensors, sigma, measure, causes = world.arm, world.sensors, world.sigma, world.measure, world.causes
+    _, seconds, _ = SIZES[wish.size]
     files = {f"recordings/{run.name}.csv": record(run, read(run, arm, causes, plain), arm, sensors, sigma, rng, True)
-             for run, plain in zip(runs, measure.healthy, strict=True)}
-    answer = _answer(wish, measure, hidden, known_to) | {"unseen": {}}
-    some = reference(runs[:RUNS], arm, known_to, sensors, sigma, not inertia_hidden)
-    for entry, near in zip(answer["effects"], nearest(rng, some, hidden), strict=True):
+             for run, plain in zip(measure.runs, measure.healthy, strict=True)}
+    answer = _answer(wish, measure, world.hidden, world.known_to) | {"unseen": {}}
+    some = reference(measure.runs[:RUNS], arm, world.known_to, sensors, sigma, world.added_mass)
+    for entry, near in zip(answer["effects"], nearest(rng, some, world.hidden), strict=True):
         entry["rivals"] = near
-        entry |= {} if part is None else {"acts": part.answer()}
-    todo = [replace(plan, seconds=seconds[0]) for plan in plans(rng, links, 9, seconds)[:3]]
+        entry |= {} if world.part is None else {"acts": world.part.answer()}
+    todo = [replace(plan, seconds=seconds[0]) for plan in plans(rng, len(arm.links), 9, seconds)[:3]]
     unseen = {}
-    for run in _runs(rng, arm, todo, sensors, "motion", runs[-1].start + 300.0):
+    for run in _runs(rng, arm, todo, sensors, "motion", measure.runs[-1].start + 300.0):
         seen, same = read(run, arm, causes), deepcopy(rng)
         files[f"unseen/{run.name}.csv"] = record(run, seen, arm, sensors, sigma, rng, False)
         alone = record(run, replace(seen, q=run.q, qd=run.qd, qdd=run.qdd), arm, sensors, sigma, same, False)
-        unseen[run.name] = UnseenRun(run, arm, tuple(causes), alone)
+        unseen[run.name] = UnseenRun(run, arm, causes, alone)
         truth = _expected_torque(run, arm, causes)[::FINE]
         answer["unseen"][run.name] = {"t_s": run.t[::FINE].round(6).tolist(), "tau_Nm": truth.round(5).tolist()}
-    return ConcealedCampaign(files, document(stated, known_to), "drag-only" if inertia_hidden else "constant", answer, unseen)
+    return ConcealedCampaign(files, world.stated, "constant" if world.added_mass else "drag-only", answer, unseen)

@@ -109,7 +109,7 @@ def frames_of(run: TrueRun, arm: TrueArm) -> Frames:
     e = np.stack([np.cos(phi), np.sin(phi)], axis=-1)
     nrm = np.stack([-np.sin(phi), np.cos(phi)], axis=-1)
     P, V, A = (np.zeros((n, L + 1, 2)) for _ in range(3))
-    P[:, 0, 1] = np.concatenate([[0.0], np.cumsum(0.5 * (run.u0[1:] + run.u0[:-1]) * np.diff(run.t))]) if n > 1 else 0.0
+    P[:, 0, 1] = run.way + np.concatenate([[0.0], np.cumsum(0.5 * (run.u0[1:] + run.u0[:-1]) * np.diff(run.t))])
     V[:, 0, 1], A[:, 0, 1] = run.u0, run.du0
     for i, link in enumerate(arm.links):
         turn, axis, side = spin[:, i, None], e[:, i], nrm[:, i]

@@ -65,7 +65,10 @@ class TrueArm:
 
 @dataclass(frozen=True)
 class TrueRun:
-    """What the links really did, on an even grid; `start` is the time of day in s, `seed` what chance causes draw from."""
+    """What the links really did, on an even grid; `start` is the time of day in s, `seed` what chance causes draw from.
+
+    `way` is how far the carriage had come along +Y at the first instant, in m.
+    """
 
     name: str
     t: Array  # (n,) s
@@ -76,6 +79,7 @@ class TrueRun:
     du0: Array  # (n,) m/s2
     start: float = 0.0
     seed: int = 0
+    way: float = 0.0
 
     @property
     def dt(self) -> float:

@@ -23,7 +23,8 @@ def baseline_recipe(recipe: Recipe, named: str | None) -> tuple[Recipe, tuple[st
     kinds = {type(term) for term in start.values()}
     stated = {name: term for name, term in recipe.loads.terms.items() if type(term) in kinds}
     missing = {name: term for name, term in start.items() if type(term) not in {type(t) for t in stated.values()}}
-    return replace(recipe, loads=Loads({**stated, **missing})), tuple(name for name in recipe.loads.terms if name not in stated)
+    left_off = tuple(name for name in recipe.truth_names if name not in stated)
+    return replace(recipe, loads=Loads({**stated, **missing}), concealed=None), left_off
 
 
 def simulate_plan(plan: Path, named: str | None = None) -> tuple[Campaign, tuple[str, ...]]:

@@ -77,7 +77,7 @@ def _known_keys(model: type[BaseModel], location: tuple[int | str, ...]) -> list
     nodes = options(schema)
     for part in location[:-1]:
         step = [child for node in nodes if isinstance(child := _child(node, part), dict)]
-        nodes = [resolved for node in step for resolved in options(node)]
+        nodes = [resolved for node in step for resolved in options(node)] or nodes  # what is no key is pydantic's name of an alternative
     return [key for node in nodes for key in node.get("properties", {})]
 
 

@@ -16,6 +16,7 @@ from nnhydro.runtime.registry import choices
 from nnhydro.simulation.motions.motion_kind import MotionKind, Reference, Setting, TimedMotion, motion_of
 from nnhydro.simulation.motions.steady import SteadyRuns
 from nnhydro.simulation.plant import require_steps
+from nnhydro.simulation.recipe.concealed_truth import ConcealedTruth, TruthKeys, concealed_truth
 from nnhydro.simulation.recipe.model_truth import ModelTruth, model_truth
 from nnhydro.simulation.recipe.recipe_file import RecipeFile
 from nnhydro.simulation.recipe.true_loads import true_loads
@@ -34,6 +35,12 @@ class Recipe:
     references: Mapping[str, Reference]  # of the motions against time, by name, in order
     document: Mapping[str, Any]  # as written
     folder: Path  # that paths in it refer to
+    concealed: ConcealedTruth | None = None  # the truth in place of loads
+
+    @property
+    def truth_names(self) -> tuple[str, ...]:
+        """What the truth is made of, in the words of the recipe."""
+        return ("concealed",) if self.concealed is not None else tuple(self.loads.terms)
 
     @property
     def steady(self) -> tuple[SteadyRuns, ...]:
@@ -75,19 +82,22 @@ def _require_names(settings: RecipeFile, motions: tuple[MotionKind, ...], where:
         require(name in timed, f"{where}: unseen: {name!r} is not a motion against time of this recipe: {choices(name, timed)}")
 
 
-def _truth(settings: RecipeFile, where: str, folder: Path) -> tuple[Arm, Loads]:
-    """The arm and what loads it: terms, or a model as the only one."""
+def _truth(settings: RecipeFile, where: str, folder: Path) -> tuple[Arm, Loads, ConcealedTruth | None]:
+    """The arm and what loads it: terms, or a model as the only one; or a concealed world."""
+    if isinstance(settings.truth, TruthKeys):
+        world = concealed_truth(settings.truth.concealed, settings.seed, where)
+        return world.arm, Loads({}), world
     if settings.truth is not None:
         model = model_truth(folder / settings.truth, where)
-        return model.dynamics.arm, Loads({Path(settings.truth).name: model})
+        return model.dynamics.arm, Loads({Path(settings.truth).name: model}), None
     arm = read_arm(folder / settings.arm) if isinstance(settings.arm, str) else parse_arm(settings.arm or {}, f"{where}: arm")
-    return arm, true_loads(settings.terms, arm, where)
+    return arm, true_loads(settings.terms, arm, where), None
 
 
 def parse_recipe(document: Mapping[str, Any], where: str, folder: Path) -> Recipe:
     """Return the recipe that `document` describes, paths in it relative to `folder`; raise NnhydroError naming `where` and the key."""
     settings = validate(RecipeFile, dict(document), where, ConfigError)
-    arm, loads = _truth(settings, where, folder)
+    arm, loads, concealed = _truth(settings, where, folder)
     motions = tuple(motion_of(m, f"{where}: motions[{i}]") for i, m in enumerate(settings.motions))
     _require_names(settings, motions, where)
     settings.sensors.require_fit(arm, settings.sample_rate_hz, settings.fine_rate_hz)
@@ -95,7 +105,12 @@ def parse_recipe(document: Mapping[str, Any], where: str, folder: Path) -> Recip
         settings.controller.torque_law(arm, settings.sample_rate_hz, folder)
         if settings.truth is None:
             require_steps(loads, arm)
-    return Recipe(settings, arm, loads, motions, _references(settings, motions, arm, folder), document, folder)
+    recipe = Recipe(settings, arm, loads, motions, _references(settings, motions, arm, folder), document, folder, concealed)
+    if concealed is not None:
+        require(not recipe.steady, f"{where}: motions: a concealed world gives no steady tables: leave out "
+                f"{', '.join(repr(table.name) for table in recipe.steady)}, or give truth as terms or a model")
+        concealed.require_possible(recipe.references, settings.fine_rate_hz, settings.controller is not None, where)
+    return recipe
 
 
 def read_recipe(path: Path) -> Recipe:

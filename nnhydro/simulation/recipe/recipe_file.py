@@ -1,7 +1,7 @@
 """The keys of a recipe file and what they default to; motions and terms are checked by their own kinds."""
 
 from math import ceil
-from typing import Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ from nnhydro.errors import ConfigError, require
 from nnhydro.recordings.readers.validation import Settings
 from nnhydro.simulation.controller import Controller
 from nnhydro.simulation.motions.motion_kind import State
+from nnhydro.simulation.recipe.concealed_truth import TruthKeys
 from nnhydro.simulation.recipe.per_joint import PerJointMagnitude, spread
 from nnhydro.simulation.sensors import Sensors
 
@@ -52,7 +53,7 @@ class RecipeFile(Settings):
     name: str = Field(default="campaign", max_length=200)
     arm: dict[str, Any] | str | None = None
     terms: dict[str, Any] = Field(default={})
-    truth: str | None = Field(default=None, max_length=1000)
+    truth: Annotated[str, Field(max_length=1000)] | TruthKeys | None = None
     motions: tuple[Any, ...] = Field(min_length=1, max_length=1000)
     controller: Controller | None = None
     sensors: Sensors = Sensors()
@@ -71,11 +72,11 @@ class RecipeFile(Settings):
 
     @model_validator(mode="after")
     def _one_truth(self) -> Self:
-        """The truth is a sum of terms on an arm, or a model, which brings its own arm."""
+        """The truth is a sum of terms on an arm, or a model or a concealed world, which bring their own arm."""
         if self.truth is None and self.arm is None:
-            raise ValueError("key 'arm' is missing: give arm and terms, or truth (the folder of a model)")
+            raise ValueError("key 'arm' is missing: give arm and terms, or truth (the folder of a model, or concealed: ...)")
         if self.truth is not None and (self.terms or self.arm is not None):
-            raise ValueError("truth is a whole model with its own arm: leave out arm and terms")
+            raise ValueError("truth brings an arm of its own: leave out arm and terms")
         return self
 
     @model_validator(mode="after")

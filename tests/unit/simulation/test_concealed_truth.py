@@ -1,0 +1,314 @@
+"""A concealed world as the truth of a recipe: the blind tests' own torques, their own equation of motion, or a clear refusal."""
+
+import copy
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from nnhydro.blind_tests.conceal import write_concealed
+from nnhydro.blind_tests.truth import registry
+from nnhydro.blind_tests.truth.arms import document
+from nnhydro.blind_tests.truth.campaign import MORNING, Wish, World, draw_campaign
+from nnhydro.blind_tests.truth.tank import joint_torque, motor_torque, read
+from nnhydro.blind_tests.truth.world import TrueArm, TrueLink, TrueRun
+from nnhydro.cli.main import run as command
+from nnhydro.diagnosis.calibration.planned_campaign import baseline_recipe
+from nnhydro.dynamics.joint_model import joint_model
+from nnhydro.errors import ConfigError
+from nnhydro.models.strip_theory import StripTheory
+from nnhydro.physics.load_sum import Loads
+from nnhydro.physics.loads.added_mass import AddedMass
+from nnhydro.physics.loads.normal_drag import NormalDrag
+from nnhydro.physics.loads.rigid_body import RigidBody
+from nnhydro.recordings.arm import parse_arm
+from nnhydro.recordings.campaign import open_campaign
+from nnhydro.recordings.filtering.preprocessing import Preparation
+from nnhydro.simulation.campaign_writer import record_runs, runs, write_campaign
+from nnhydro.simulation.concealed_arm import ConcealedArm
+from nnhydro.simulation.controller import Controller
+from nnhydro.simulation.motions.motion_kind import Setting, motion_of
+from nnhydro.simulation.native_loop import stepped_once, track
+from nnhydro.simulation.recipe.concealed_truth import ConcealedTruth
+from nnhydro.simulation.recipe.recipe import parse_recipe, read_recipe
+from nnhydro.simulation.sensors import Sensors, record
+from nnhydro.simulation.torque_law import Inside
+
+ARM = TrueArm((TrueLink(0.55, 0.07, 1.1, 0.27, 0.026, 1.1, 0.8), TrueLink(0.45, 0.06, 1.4, 0.22, 0.024, 0.9, 0.9)))
+SLEW = {"kind": "slew", "name": "m", "q_rad": [[-0.7, 0.8], [0.6, -0.6]], "duration_s": 0.5, "rest_s": 0.05,
+        "carriage": {"u0_m_s": 0.3, "start_s": 0.05, "ramp_s": 0.2}}
+STILL = {**SLEW, "carriage": {"u0_m_s": 0.0}}
+GAINS = {"kp": 100.0, "kd": 20.0}
+REMEMBERS = {"wake_development", "flow_memory", "wake_reentry", "history_force", "vortex_shedding", "coulomb_friction",
+             "stribeck_friction", "joint_elasticity", "backlash", "oscillating_mass", "flexible_mount", "unlisted:kick",
+             "unlisted:cable_slap", "unlisted:warm_seal", "unlisted:slosh"}
+EVERY = [*registry.names(), *registry.names("base_form"), *registry.names("unlisted")]
+RATE, QUICK = 200.0, 100.0  # Hz
+SMALL = {"effect": "link_interference", "links": 2, "size": "small", "seed": 3}
+
+
+def world(name, share=0.5, seed=0, arm=ARM):
+    """A world that hides `name` at the geometric `share` between the sizes that physics allows; "" hides nothing."""
+    if name == "added_mass":
+        arm = TrueArm(tuple(TrueLink(**{**vars(link), "C_M": 0.0}) for link in arm.links), arm.rho, arm.nu, arm.belt)
+    hidden = []
+    if name:
+        draft = registry.makers()[name](np.random.default_rng(seed), arm)
+        hidden = [(draft.make(draft.low**(1 - share) * draft.high**share if draft.low > 0 else draft.low), 0.0)]
+    return World(arm, document(arm, 0.01), 0.01, tuple(hidden), None, None, np.zeros(2), None)
+
+
+def truth(made, seed=5):
+    return ConcealedTruth(made, parse_arm(made.stated, "arm"), seed)
+
+
+def reference(motion=SLEW, of=ARM):
+    return motion_of(motion, "recipe").reference(Setting(parse_arm(document(of, 0.01), "arm"), np.random.default_rng(0), None))
+
+
+def law(of, inside=None):
+    made = Controller(kind="computed_torque", model="textbook", **GAINS).torque_law(of.arm, RATE)
+    return made if inside is None else replace(made, inside=Inside(joint_model(inside)))
+
+
+def knows_all_but_what_is_hidden(of):
+    """The strips of nnhydro with the true masses and coefficients."""
+    links = of.world.arm.links
+    terms = {"rigid_body": RigidBody.of_arm(of.arm), "drag": NormalDrag(tuple(k.C_D for k in links)),
+             "added_mass": AddedMass(tuple(k.C_M for k in links))}
+    return StripTheory(of.arm, Preparation(None), {}, "exact", Loads(terms))
+
+
+def whole_run(name, state, rate, seed, start=MORNING):
+    return TrueRun(name, np.arange(len(state.u0)) / rate, *state, start, seed)
+
+
+@pytest.mark.slow(seconds=40)
+@pytest.mark.parametrize("effect", ["link_interference", "wake_development", "history_force", "torque_gain", "joint_elasticity", "none"])
+def test_along_the_motions_of_the_blind_test_its_sealed_torques_come_out(effect, tmp_path):
+    """The answer of `conceal` is computed on its own grid from its own motion; the recipe follows that motion from a file."""
+    made = draw_campaign(3, 0, Wish(effect, links=2, size="small"))
+    for name, unseen in made.unseen.items():
+        run = unseen.run
+        table = np.column_stack([run.t, np.cumsum(run.q, axis=1) if unseen.arm.belt else run.q, run.u0])
+        np.savetxt(tmp_path / f"{name}.csv", table, delimiter=",", header="t_s,q1_rad,q2_rad,u0_m_s", comments="")
+    motions = [{"kind": "file", "name": name, "file": f"{name}.csv"} for name in made.unseen]
+    recipe = parse_recipe({"truth": {"concealed": {**SMALL, "effect": effect}}, "motions": motions, "sample_rate_hz": 50, "substeps": 2},
+                          "recipe", tmp_path)
+    assert recipe.arm.document() == parse_arm(made.arm, "arm").document()
+    for found in record_runs(recipe):
+        wanted = np.array(made.answer["unseen"][found.name]["tau_Nm"])
+        error = np.sqrt(((found.clean - wanted) ** 2).mean(axis=0) / (wanted**2).mean(axis=0))
+        assert (error[: len(wanted)] < 0.01).all(), error
+
+
+@pytest.mark.slow(seconds=60)
+@pytest.mark.parametrize("name", EVERY)
+def test_every_effect_is_simulated_along_its_motion_and_stepped_exactly_or_refused(name):
+    """What is stepped obeys the truth's equation over the whole run, with every memory that the truth's code has."""
+    goal = {"m": reference()}
+    for seed in range(3):
+        of = truth(world(name, seed=seed))
+        of.require_possible(goal, QUICK, False, "recipe")
+        (exact,) = of.runs(goal, None, QUICK, 1)
+        assert np.isfinite(exact.tau).all()
+        assert len(exact.tau) == 61
+        if name in REMEMBERS:
+            with pytest.raises(ConfigError, match=r"recipe: truth\.concealed: .*: use 'controller: none'"):
+                of.require_possible(goal, QUICK, True, "recipe")
+            continue
+        of.require_possible(goal, QUICK, True, "recipe")
+        run = track("m", goal["m"], of.loop_arm("m"), law(of), QUICK, 1)
+        whole = whole_run("m", run.state, QUICK, of.loop_arm("m").run.seed)
+        np.testing.assert_allclose(joint_torque(whole, of.world.arm, of.world.causes), run.tau, atol=1e-9 * np.abs(run.tau).max())
+
+
+@pytest.mark.parametrize("name", ["", "link_interference", "rotor_inertia", "load_friction", "torque_ripple", "wave_orbital"])
+def test_the_acceleration_solves_the_truths_equation(name):
+    rng = np.random.default_rng(7)
+    for seed in range(4):  # load_friction and torque_ripple may be bent in the acceleration, by the load that they follow
+        arm = truth(world(name, seed=seed)).loop_arm("m")
+        for _ in range(5):
+            q, qd, tau, (u0, du0) = *rng.normal(0, 1, (2, 2)), rng.normal(0, 3, 2), rng.normal(0, 0.3, 2)
+            qdd = arm.acceleration(q, qd, tau, u0, du0, 0.01)
+            np.testing.assert_allclose(arm.torque(q, qd, qdd, u0, du0, 0.01), tau, atol=1e-10)
+
+
+def test_torques_that_follow_the_load_are_not_taken_for_affine():
+    affine = {name: [truth(world(name, seed=seed)).affine for seed in range(6)] for name in ("load_friction", "torque_ripple", "tip_drag")}
+    assert not any(affine["load_friction"])
+    assert set(affine["torque_ripple"]) == {True, False}
+    assert all(affine["tip_drag"])
+
+
+@pytest.mark.slow
+def test_a_dry_arm_that_swings_on_a_hose_keeps_its_energy():
+    """Kinetic energy of the links and k (d^2/2 + 0.15 d^4/4) of the hose, d = q - q0, under no torque at all."""
+    dry = TrueArm(ARM.links, rho=0.0)
+    made = next(made for made in (world("umbilical_stiffness", 0.9, seed, dry) for seed in range(9)) if made.causes[0].shape == "plain")
+    arm, cause, none = truth(made).loop_arm("m"), made.causes[0], np.zeros(2)
+    k, q0, j = cause.parameters["stiffness"][0], cause.parameters["free_angle"][0], cause.joint - 1
+
+    def potential(q):
+        return k * ((q[j] - q0)**2 / 2 + 0.15 * (q[j] - q0)**4 / 4)
+
+    def kinetic(q, qd):
+        still = np.array([arm.torque(q, none, unit) for unit in (*np.eye(2), none)])
+        return 0.5 * qd @ (still[:2] - still[2]) @ qd
+
+    q, qd, h, found = np.array([0.4, 0.9]), np.array([0.5, -1.0]), 2e-3, []
+    for _ in range(500):
+        found.append((kinetic(q, qd), potential(q)))
+        q, qd, _ = stepped_once(arm, q, qd, none, np.zeros((3, 2)), h)
+    assert np.ptp(found, axis=0).min() > 0.1 * np.max(found), "it swings from one kind of energy to the other"
+    np.testing.assert_allclose(np.sum(found, axis=1), np.sum(found[0]), rtol=1e-8)
+
+
+@pytest.mark.slow
+def test_what_computed_torque_leaves_vanishes_with_the_size_of_what_is_hidden():
+    """The model inside knows the arm but not the effect: the error is proportional to the effect, and next to none without it."""
+    goal = reference()
+
+    def tracked(share):
+        of = truth(world("tip_drag" if share else "", share))
+        run = track("m", goal, of.loop_arm("m"), law(of, knows_all_but_what_is_hidden(of)), RATE, 1)
+        return run.state.q - goal.at(run.t).q, [cause.parameters["cd_area"][0] for cause in of.world.causes]
+
+    (nothing, _), (small, (a,)), (large, (b,)) = (tracked(share) for share in (0.0, 0.4, 0.5))
+    left = [np.abs(error - nothing).max() for error in (small, large)]
+    assert left[1] / left[0] == pytest.approx(b / a, rel=0.1)
+    assert np.abs(nothing).max() < 0.3 * np.abs(large).max(), "what is left without it comes from holding the torque for 5 ms"
+
+
+@pytest.mark.slow
+def test_the_controller_sees_what_the_encoders_read():
+    """With an offset a of the encoder the links stop at goal - a, and the recording says that they are at the goal."""
+    of, goal = truth(world("encoder_offset", 0.7)), {"m": reference({**STILL, "rest_s": 0.8})}
+    (run,) = of.runs(goal, law(of, knows_all_but_what_is_hidden(of)), QUICK, 1)
+    (cause,) = of.world.causes
+    links = track("m", goal["m"], of.loop_arm("m"), law(of, knows_all_but_what_is_hidden(of)), QUICK, 1)
+    end, a = goal["m"].at(run.t).q[-1], run.state.q[-1] - links.state.q[-1]
+    assert abs(a[cause.joint - 1]) > 0.05
+    np.testing.assert_allclose(run.state.q[-1], end, atol=2e-3)
+    np.testing.assert_allclose(links.state.q[-1] + a, run.state.q[-1], atol=1e-12)
+    whole = whole_run("m", links.state, QUICK, 0)
+    np.testing.assert_allclose(run.state.q, links.state.q + cause.angle(whole, links.tau), atol=1e-12)
+
+
+@pytest.mark.slow
+def test_a_wrong_torque_sensor_changes_what_is_recorded_and_not_how_the_arm_moves():
+    goal = {"m": reference()}
+    healthy, wrong = (truth(world(name, 0.9)) for name in ("", "torque_gain"))
+    (plain,), (read_wrong,) = (of.runs(goal, law(of), RATE, 1) for of in (healthy, wrong))
+    np.testing.assert_array_equal(read_wrong.state.q, plain.state.q)
+    (cause,) = wrong.world.causes
+    off = (read_wrong.tau - plain.tau)[:, cause.joint - 1]
+    assert np.sign(off @ plain.tau[:, cause.joint - 1]) == np.sign(cause.parameters["gain"][0] - 1)
+    assert np.abs(off).max() > 0.05 * np.abs(plain.tau[:, cause.joint - 1]).max()
+
+
+def test_a_drift_goes_on_from_recording_to_recording_and_the_clock_tells_when():
+    goal = {name: reference(STILL) for name in ("a", "b", "c")}
+    warming = next(made for made in (world("torque_drift", 0.9, seed) for seed in range(9)) if made.causes[0].shape == "plain")
+    drift, none = (list(truth(made).runs(goal, None, RATE, 1)) for made in (warming, world("")))
+    off = [float(np.abs(d.tau - n.tau).mean()) for d, n in zip(drift, none, strict=True)]
+    assert off[1] > off[0] + 1e-3
+    assert off[2] > off[1] + 1e-3
+    assert [run.start for run in drift] == pytest.approx([MORNING, MORNING + 240.6, MORNING + 481.2])
+
+
+def test_a_belt_is_recorded_as_its_motors_feel_and_see_it():
+    of, goal = truth(world("link_interference", arm=TrueArm(ARM.links, belt=True))), {"m": reference(of=TrueArm(ARM.links, belt=True))}
+    (run,) = of.runs(goal, None, RATE, 1)
+    seen = record(run, of.arm, Sensors(), 1, np.random.default_rng(0))
+    state = goal["m"].at(run.t)
+    wanted = motor_torque(joint_torque(whole_run("m", state, RATE, 0), of.world.arm, of.world.causes), of.world.arm)
+    np.testing.assert_allclose(seen.clean, wanted, atol=1e-12)
+    np.testing.assert_allclose(seen.motion["q2_rad"], state.q.sum(axis=1), atol=1e-12)
+
+
+def test_the_chance_of_a_run_follows_from_the_recipes_seed_and_its_name():
+    goal = {"a": reference(), "b": reference()}
+    hum = world("unlisted:hum")
+    (a, b), (again, _), (other, _) = (truth(hum, seed).runs(goal, None, RATE, 1) for seed in (5, 5, 6))
+    np.testing.assert_array_equal(a.tau, again.tau)
+    assert np.abs(a.tau - b.tau).max() > 1e-3
+    assert np.abs(a.tau - other.tau).max() > 1e-3
+
+
+def test_the_readings_are_those_of_the_blind_tests_own_chain():
+    of, goal = truth(world("joint_elasticity", 0.6)), {"m": reference()}
+    (run,) = of.runs(goal, None, RATE, 1)
+    seen = read(whole_run("m", goal["m"].at(run.t), RATE, 0), of.world.arm, of.world.causes)
+    assert np.abs(run.state.q - goal["m"].at(run.t).q).max() > 1e-3, "the drive runs ahead of the link"
+    for got, want in ((run.state.q, seen.q), (run.state.qd, seen.qd), (run.state.qdd, seen.qdd), (run.tau, seen.tau)):
+        np.testing.assert_array_equal(got, want)
+
+
+def recipe(folder=None, **keys):
+    hidden = {"concealed": SMALL | keys.pop("concealed", {})}
+    return parse_recipe({"truth": hidden, "motions": [dict(STILL)], "sample_rate_hz": 100, "substeps": 2, **keys}, "tank.yaml", folder)
+
+
+@pytest.mark.slow
+def test_the_campaign_hides_the_answer_and_the_recipe_in_it_makes_it_again(tmp_path):
+    made = recipe(tmp_path, controller={"kind": "computed_torque", "model": "constant", **GAINS}, sensors={"torque_noise_Nm": 0.01},
+                  motions=[copy.deepcopy(SLEW), {**SLEW, "name": "n"}], unseen=["n"])
+    write_campaign(made, tmp_path / "tank")
+    write_campaign(read_recipe(tmp_path / "tank" / "recipe.yaml"), tmp_path / "again")
+    files = {path.relative_to(tmp_path / "tank"): path for path in (tmp_path / "tank").rglob("*") if path.is_file()}
+    for name, path in files.items():
+        assert path.read_bytes() == (tmp_path / "again" / name).read_bytes()
+        assert ("interference" in path.read_text()) == (name.name == "recipe.yaml")
+    write_concealed(tmp_path / "blind", draw_campaign(3, 0, Wish("link_interference", links=2, size="small")))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        tank, blind = (open_campaign(tmp_path / name) for name in ("tank", "blind"))
+    assert tank.arm.document() == blind.arm.document()
+    assert next(iter(tank.recordings())).clock is not None
+    assert made.truth_names == ("concealed",)
+    planned, left_off = baseline_recipe(made, None)
+    assert (planned.concealed, left_off) == (None, ("concealed",))
+    assert len(list(runs(planned))) == 2
+
+
+@pytest.mark.parametrize(("keys", "message"), [
+    ({"concealed": {"effect": "link_interferance"}}, r"truth\.concealed\.effect link_interferance: not known: did you mean"),
+    ({"concealed": {"links": 1}}, r"truth\.concealed\.effect link_interference: needs two links: leave truth\.concealed\.links out"),
+    ({"concealed": {"links": 3}}, r"truth\.concealed\.links 3: choose 1 or 2"),
+    ({"concealed": {"strength": "huge"}}, r"truth\.concealed\.strength huge: not known"),
+    ({"concealed": {"index": 999}}, r"truth\.concealed\.index: must be at most 998"),
+    ({"concealed": {"joint": 1}}, r"unknown key 'truth\.concealed\.joint'"),
+    ({"truth": {"conceald": SMALL}}, r"unknown key 'truth\.conceald': did you mean 'concealed'\?"),
+    ({"terms": {"normal_drag": "start"}}, "leave out arm and terms"),
+    ({"motions": [SLEW, {"kind": "steady", "name": "grid", "u0_m_s": [0.3], "q_rad": [[0.0], [0.0]]}]}, "no steady tables: .* 'grid'"),
+    ({"motions": [{**SLEW, "duration_s": 1500.0}]}, "motion 'm': .* steps are too many for a concealed world"),
+    ({"concealed": {"effect": "wake_development"}, "controller": {"kind": "pd", "kp": 1.0}}, r"truth\.concealed: .* 'controller: none'"),
+    ({"concealed": {"effect": "backlash"}, "controller": {"kind": "pd", "kp": 1.0}}, "between drive and link"),
+])
+@pytest.mark.slow
+def test_what_cannot_be_simulated_is_refused_in_one_line_with_its_key(keys, message, tmp_path):
+    with pytest.raises(ConfigError, match=message) as refusal:
+        recipe(tmp_path, **keys)
+    assert str(refusal.value).startswith("tank.yaml: ")
+    assert "\n" not in str(refusal.value)
+
+
+def test_the_command_ends_with_2_and_one_line(tmp_path, capsys):
+    (tmp_path / "tank.yaml").write_text("truth: {concealed: {effect: nothing}}\nmotions: [{kind: slew, name: m, q_rad: [[0], [1]]}]\n")
+    assert command(["simulate", str(tmp_path / "tank.yaml"), "--out", str(tmp_path / "out")]) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert "tank.yaml: truth.concealed.effect nothing: not known" in error
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_concealed_arm_at_the_beginning_of_a_run_has_forgotten_the_one_before():
+    arm = ConcealedArm(world("wave_orbital"), truth(world("wave_orbital")).loop_arm("m").run, True)
+    q, qd, qdd = np.array([0.2, 0.3]), np.array([0.5, 0.1]), np.zeros(2)
+    first = arm.torque(q, qd, qdd, 0.4)
+    moved = arm.torque(q, qd, qdd, 0.4, dt=0.3)
+    arm.begin()
+    np.testing.assert_array_equal(arm.torque(q, qd, qdd, 0.4), first)
+    assert np.abs(moved - first).max() > 1e-4, "the wave goes on, and the carriage goes along it"
