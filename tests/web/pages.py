@@ -9,7 +9,8 @@ import nnhydro
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.report.benchmark.page import benchmark_page
 from nnhydro.report.diagnosis.page import diagnosis_page
-from nnhydro.report.widgets.trace import diagnosis_traces
+from nnhydro.report.widgets.residual_map import residual_maps
+from nnhydro.report.widgets.trace import BASELINE, CORRECTED, diagnosis_traces
 
 HOSTILE = "<script>alert('arm')</script> & 'arm'"
 
@@ -49,7 +50,9 @@ def write_diagnosis_page(path, findings=None, detected=True):
     drag = whole.loads.terms["normal_drag"]
     poor = replace(whole, loads=type(whole.loads)({**whole.loads.terms, "normal_drag": replace(drag, C_D=(drag.C_D[0], drag.C_D[1] / 2))}))
     told = [finding("umbilical_stiffness", 2, 0.97, ("torque_drift",))] if findings is None else findings
-    page = diagnosis_page(diagnosis_document(told, detected), "Joint 2 is pulled back.", c, diagnosis_traces(c, poor, whole))
+    traces = diagnosis_traces(c, poor, whole)
+    maps = residual_maps(traces, [BASELINE, CORRECTED])
+    page = diagnosis_page(diagnosis_document(told, detected), "Joint 2 is pulled back.", c, traces, maps)
     path.write_text(page, encoding="utf-8")
     return path
 

@@ -63,13 +63,13 @@ def test_the_theme_follows_the_system_until_the_button_is_pressed(benchmark, vis
 
 def test_a_switch_hides_its_model_in_every_picture(benchmark, visit):
     page = visit(benchmark)
-    lines = page.locator("svg.history path[data-series=textbook]")
+    lines = page.locator("svg.history [data-series=textbook]")
     assert lines.count() > 10
     box = page.locator(".switches input[value=textbook]")
     for checked in (not box.is_checked(), box.is_checked()):
         box.click()
-        assert page.locator("svg.history path[data-series=textbook].off").count() == (0 if checked else lines.count())
-    assert page.locator("svg.history path[data-series=measured].off").count() == 0
+        assert page.locator("svg.history [data-series=textbook].off").count() == (0 if checked else lines.count())
+    assert page.locator("svg.history [data-series=measured].off").count() == 0
 
 
 def test_a_cell_under_the_mouse_names_its_recordings_and_leads_to_their_curves(diagnosis, visit):
@@ -142,6 +142,27 @@ def test_the_values_read_under_the_cursor_are_those_of_the_recording(benchmark, 
         near = abs(run.t - time) < 0.03
         span = run.tau[:, joint - 1].max() - run.tau[:, joint - 1].min()
         assert run.tau[near, joint - 1].min() - 0.02 * span < value < run.tau[near, joint - 1].max() + 0.02 * span
+
+
+def test_a_value_between_two_corners_lies_between_them_and_one_beyond_its_panel_says_so(benchmark, visit):
+    page = visit(benchmark)
+    read = page.evaluate("""() => {
+        const svg = document.querySelector(".run:not([hidden]) svg.history");
+        const [, left, , , , bottom, top] = JSON.parse(svg.dataset.panels)[0];
+        const path = svg.querySelector("[data-curve='0'][data-series=measured] path");
+        path.setAttribute("d", `M${left} ${bottom}l60 ${top - bottom}M${left + 80} ${bottom}l20 0 20 30`);
+        return [30, 70, 90, 115].map((step) => {
+            svg.cursorAt = left + step - 6;
+            svg.dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowRight" }));
+            const text = document.querySelector(".run:not([hidden]) .read").textContent;
+            return text.split("measured ")[1].split(",")[0];
+        });
+    }""")
+    low, high = page.evaluate("JSON.parse(document.querySelector('.run:not([hidden]) svg.history').dataset.panels)[0].slice(-2)")
+    assert float(read[0]) == pytest.approx((low + high) / 2, abs=0.01 * (high - low))
+    assert read[1] == "none", "between two lines"
+    assert float(read[2]) == pytest.approx(low, rel=0.01)
+    assert read[3].startswith("< ")
 
 
 def test_previous_and_next_go_round_all_recordings(benchmark, visit):

@@ -34,7 +34,7 @@ A line or cable fixed to the tank pulls at the tip of the arm of `datasets/ns_ta
 `python training/asymmetric_arm/run.py` adds the torque of this cause to the recordings, fits all models, and prints this table.
 
 **Measured with nnhydro {version}.** Error: sum |tau - model| / sum |tau| in %, on recordings held out of the fit.
-[other_versions.csv](other_versions.csv) has the figures of other versions, [config.toml](config.toml) the choices.
+[other_versions.csv](other_versions.csv) has the figures of other versions, if any are stored; [config.toml](config.toml) has the choices.
 
 """
 TAIL = """

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nnhydro.evaluation.benchmark_result import BenchmarkResult
-from nnhydro.report.figure_file import new_figure, save_figure
-from nnhydro.report.torque_panels import INK, STYLES, history_figure, steady_figure
+from nnhydro.report.figure_file import INK, STYLES, new_figure, save_figure
+from nnhydro.report.torque_panels import torque_file
 from nnhydro.report.widgets.trace import benchmark_traces, with_whole_tables
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ def torque_history(result: BenchmarkResult, recording: str, label: str, models: 
     """Return measured and held-out modelled torque of one recording."""
     trace = max(benchmark_traces(result, [recording]), key=lambda trace: len(trace.segment))
     labels = {name: f"{name} ({100 * result.standings[name].misfit[recording].error:.1f} %)" for name in models}
-    return history_figure(trace, labels, f"{label} held-out recording: {recording}")
+    return torque_file(trace, labels, f"{label} held-out recording: {recording}")
 
 
 def error_figure(result: BenchmarkResult) -> "Figure":
@@ -119,5 +119,5 @@ def benchmark_figures(result: BenchmarkResult, out: Path) -> list[Path]:
         paths += save_figure(torque_history(result, recording, label, models), out / f"torque_{label}")
     steady = with_whole_tables(benchmark_traces(result, [unit.name for unit in result.units if unit.steady]))
     if steady:
-        paths += save_figure(steady_figure(steady[0], models), out / "torque_steady")
+        paths += save_figure(torque_file(steady[0], {name: name for name in models}, steady[0].recording), out / "torque_steady")
     return paths

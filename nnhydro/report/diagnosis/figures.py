@@ -11,9 +11,9 @@ import numpy as np
 
 from nnhydro.diagnosis.result import DiagnosisResult
 from nnhydro.report.diagnosis.finding_law import DrawnLaw, law_of
-from nnhydro.report.figure_file import new_figure, save_figure
-from nnhydro.report.torque_panels import INK, STYLES, history_figure, steady_figure
-from nnhydro.report.widgets.residual_map import ResidualMap, largest, residual_maps
+from nnhydro.report.figure_file import INK, STYLES, new_figure, save_figure
+from nnhydro.report.torque_panels import torque_file
+from nnhydro.report.widgets.residual_map import ResidualMap, largest
 from nnhydro.report.widgets.trace import BASELINE, CORRECTED, Trace, by_change, spread
 
 if TYPE_CHECKING:
@@ -23,23 +23,28 @@ if TYPE_CHECKING:
 MOST_RECORDINGS = 15  # that a law is drawn from
 DOTS = 600  # single rows in a panel
 OVER = "angle and rate"
+SHADES = 64  # of the colour scale
 
 
 def map_figure(maps: Sequence[ResidualMap], stem: Path) -> list[Path]:
     """Draw the residual maps over angle and rate: a row a joint, a column a model, one colour scale a joint."""
+    from matplotlib import colormaps
+
     shown = [grid for grid in maps if grid.over == OVER]
     joints, models = sorted({grid.joint for grid in shown}), list(dict.fromkeys(grid.model for grid in shown))
-    heat = largest(shown)
-    figure = new_figure(4.4 * len(models) + 1.2, 3.4 * len(joints) + 0.3)
+    heat, colors = largest(shown), colormaps["cividis"].resampled(SHADES)
+    width, height = 4.4 * len(models) + 1.2, 3.4 * len(joints) + 0.3
+    figure = new_figure(width, height, layout=None)
     axes = figure.subplots(len(joints), len(models), squeeze=False, sharex="row", sharey="row")
+    figure.subplots_adjust(0.7 / width, 0.55 / height, 1 - 0.1 / width, 1 - 0.35 / height, 0.12, 0.35)
     for grid in shown:
         ax = axes[joints.index(grid.joint), models.index(grid.model)]
         values = np.array([[np.nan if cell is None else cell.rms for cell in row] for row in grid.cells])[::-1]
-        mesh = ax.pcolormesh(grid.across_edges, grid.down_edges, values, cmap="cividis", vmin=0.0, vmax=heat[grid.joint] or 1.0,
+        mesh = ax.pcolormesh(grid.across_edges, grid.down_edges, values, cmap=colors, vmin=0.0, vmax=heat[grid.joint] or 1.0,
                              label=grid.model)
         ax.set(xlabel=grid.across, ylabel=grid.down, title=f"joint {grid.joint}, {grid.model}", facecolor="0.93")
         if grid.model == models[-1]:
-            figure.colorbar(mesh, ax=axes[joints.index(grid.joint)], label="rms residual [N m]")
+            figure.colorbar(mesh, ax=axes[joints.index(grid.joint)], label="rms residual [N m]", pad=0.03, fraction=0.07)
     return save_figure(figure, stem)
 
 
@@ -83,22 +88,15 @@ def laws_of(result: DiagnosisResult, traces: Sequence[Trace]) -> list[DrawnLaw |
     return [law_of(finding, result.corrected, some, CORRECTED) for finding in result.findings]
 
 
-def _torque_figure(trace: Trace) -> "Figure":
-    """Measured, baseline and corrected torque of one recording or steady table."""
-    if trace.segment.steady:
-        return steady_figure(trace, list(trace.models))
-    return history_figure(trace, {name: f"{name} ({100 * trace.error(name):.1f} %)" for name in trace.models}, trace.recording)
-
-
-def diagnosis_figures(result: DiagnosisResult, traces: Sequence[Trace], laws: Sequence[DrawnLaw | None], out: Path,
-                      unnamed: Sequence[DrawnLaw] = ()) -> list[Path]:
+def diagnosis_figures(result: DiagnosisResult, traces: Sequence[Trace], maps: Sequence[ResidualMap], laws: Sequence[DrawnLaw | None],
+                      out: Path, unnamed: Sequence[DrawnLaw] = ()) -> list[Path]:
     """Draw every picture of a diagnosis into the folder `out`, each as PNG and SVG with its data; returns their paths."""
-    paths = list[Path]()
+    paths, models = list[Path](), [CORRECTED, BASELINE] if result.findings else [BASELINE]
     for trace in by_change(traces):
         stem = out / ("torque_steady" if trace.segment.steady else "torque_history")
         if not stem.with_suffix(".png").exists():  # the first of its kind is where the correction helps most
-            paths += save_figure(_torque_figure(trace), stem)
-    maps = residual_maps(traces, [BASELINE, CORRECTED] if result.findings else [BASELINE])
+            labels = {name: f"{name} ({100 * trace.error(name):.1f} %)" for name in models}
+            paths += save_figure(torque_file(trace, labels, trace.recording), stem)
     if maps:
         paths += map_figure(maps, out / "residual_map")
     drawn = [(finding.statement, law) for finding, law in zip(result.findings, laws, strict=True) if law is not None]

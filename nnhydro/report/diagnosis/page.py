@@ -18,7 +18,7 @@ from nnhydro.report.diagnosis.unexplained_law import unknown_laws
 from nnhydro.report.figure_file import page_figure
 from nnhydro.report.widgets.history import histories
 from nnhydro.report.widgets.render import render
-from nnhydro.report.widgets.residual_map import largest, residual_maps
+from nnhydro.report.widgets.residual_map import ResidualMap, largest, residual_maps
 from nnhydro.report.widgets.svg import bars, intervals
 from nnhydro.report.widgets.trace import BASELINE, CORRECTED, Trace, by_change, diagnosis_traces
 from nnhydro.runtime.files import json_text, whole_folder
@@ -52,12 +52,13 @@ def _next(experiment: Any) -> str:
     return "" if experiment is None else f"{experiment['statement']} The file {experiment['file']} holds this motion, ready to run."
 
 
-def diagnosis_page(document: Document, verdict: str, campaign: Campaign, traces: Sequence[Trace], laws: Sequence[DrawnLaw | None] = (),
-                   unnamed: Sequence[DrawnLaw] = ()) -> str:
-    """Return the page as HTML text; `document` is what diagnosis.json holds, `traces` are the campaign's, `laws` those of the findings and
-    `unnamed` those of what no finding explains."""
-    styles = {CORRECTED: 0, BASELINE: 1}
-    maps = residual_maps(traces, [BASELINE, CORRECTED])
+def diagnosis_page(document: Document, verdict: str, campaign: Campaign, traces: Sequence[Trace], maps: Sequence[ResidualMap],
+                   laws: Sequence[DrawnLaw | None] = (), unnamed: Sequence[DrawnLaw] = ()) -> str:
+    """Return the page as HTML text; `document` is what diagnosis.json holds, `traces` and `maps` are the campaign's.
+
+    `laws` are those of the findings, `unnamed` those of what no finding explains.
+    """
+    styles = {CORRECTED: 0, BASELINE: 1} if document["findings"] else {BASELINE: 1}
     errors = errors_sheet(document)
     return render(
         "diagnosis.html", arm=campaign.arm.name, verdict=verdict, d=document, styles=styles,
@@ -88,10 +89,11 @@ def write_diagnosis(result: DiagnosisResult, campaign: Campaign, out: Path) -> l
         if result.following is not None:
             result.following.write(work / NEXT)
         traces = diagnosis_traces(campaign, result.baseline, result.corrected)
+        maps = residual_maps(traces, [BASELINE, CORRECTED] if result.findings else [BASELINE])
         laws = laws_of(result, traces)
         unnamed = unknown_laws(result)
-        page = diagnosis_page(document, result.verdict(), campaign, traces, laws, unnamed)
+        page = diagnosis_page(document, result.verdict(), campaign, traces, maps, laws, unnamed)
         (work / "report.html").write_text(page, encoding="utf-8")
-        figures = [path.name for path in diagnosis_figures(result, traces, laws, work, unnamed)]
+        figures = [path.name for path in diagnosis_figures(result, traces, maps, laws, work, unnamed)]
     following = [NEXT] if result.following is not None else []
     return [out / name for name in (RESULT, "report.html", "model", "baseline", *figures, *following)]

@@ -6,6 +6,7 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from nnhydro.report.figure_file import stroke
 from nnhydro.report.widgets.residual_map import shade
 from nnhydro.sheet import p_text
 
@@ -17,6 +18,7 @@ def _environment() -> Environment:
     made = Environment(loader=PackageLoader(PLACE, ""), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     made.filters["shade"] = shade
     made.filters["p_text"] = p_text
+    made.filters["stroke"] = stroke
     return made
 
 

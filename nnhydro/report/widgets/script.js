@@ -44,32 +44,53 @@
     if (link) { event.preventDefault(); visit(link.dataset.visit); }
   });
 
-  // values under the cursor of a history, read back from the drawing
-  const points = (path) => {
-    const [, x0, y0, rest] = path.getAttribute("d").match(/^M(\d+) (\d+)l?(.*)$/);
-    const steps = (rest.match(/-?\d+/g) || []).map(Number);
-    let [x, y] = [Number(x0), Number(y0)];
-    const found = [[x / 2, y / 2]];
-    for (let k = 0; k + 1 < steps.length; k += 2) { x += steps[k]; y += steps[k + 1]; found.push([x / 2, y / 2]); }
-    return found;
+  // values under the cursor of a history, read back from the drawing: lines of M x y, then steps from corner to corner
+  const linesOf = (path) => [...path.getAttribute("d").matchAll(/M([^M]*)/g)].map(([, rest]) => {
+    const numbers = rest.match(/-?[\d.]+/g).map(Number);
+    let [x, y] = numbers;
+    const corners = [[x, y]];
+    for (let k = 2; k + 1 < numbers.length; k += 2) { x += numbers[k]; y += numbers[k + 1]; corners.push([x, y]); }
+    return corners;
+  });
+  const placeAt = (path, at) => {  // height on the drawing, and whether it is only that of the corner before a gap
+    path.lines = path.lines || linesOf(path);
+    let before = path.lines.length ? path.lines[0][0] : [at, NaN];
+    for (const line of path.lines) {
+      if (line[0][0] > at) return [before[1], line !== path.lines[0]];
+      for (const corner of line) {
+        if (corner[0] > at) return [before[1] + (at - before[0]) / (corner[0] - before[0]) * (corner[1] - before[1]), false];
+        before = corner;
+      }
+    }
+    return [before[1], false];
+  };
+  const valueAt = (path, at, bottom, top, least, most) => {
+    const [y, gap] = path ? placeAt(path, at) : [NaN, true];
+    if (y < top - 1) return `> ${most.toPrecision(3)}`;  // the drawing ends near its panel
+    if (y > bottom + 1) return `< ${least.toPrecision(3)}`;
+    return gap || Number.isNaN(y) ? "none" : (least + (bottom - y) / (bottom - top) * (most - least)).toPrecision(3);
+  };
+  const cursorOf = (svg, panels) => {
+    if (!one(".cursor", svg)) {
+      const line = document.createElementNS("http://www.w3.org/2000/svg", "line");
+      line.setAttribute("class", "cursor");
+      line.setAttribute("y1", panels[0][6]);
+      line.setAttribute("y2", panels[panels.length - 1][5]);
+      svg.append(line);
+    }
+    return one(".cursor", svg);
   };
   const read = (svg, x) => {
-    const [left, right, low, high] = svg.dataset.x.split(" ").map(Number);
+    const panels = JSON.parse(svg.dataset.panels);
+    const [, left, right, low, high] = panels[0];
     const at = Math.min(Math.max(x, left), right);
-    const cursor = one(".cursor", svg);
-    cursor.style.visibility = "visible";
-    cursor.setAttribute("transform", `translate(${at},0)`);
+    cursorOf(svg, panels).setAttribute("transform", `translate(${at},0)`);
     const words = [`${(low + (at - left) / (right - left) * (high - low)).toFixed(2)} s`];
-    for (const panel of all(".panel", svg)) {
-      const [bottom, top, most, least] = [0, 1, 2, 3].map((k) => Number(panel.dataset.y.split(" ")[k]));
-      const values = all("path:not(.off):not(.marks)", panel).map((path) => {
-        path.points = path.points || points(path);
-        const near = path.points.reduce((a, b) => (Math.abs(b[0] - at) < Math.abs(a[0] - at) ? b : a));
-        const value = least + (bottom - near[1]) / (bottom - top) * (most - least);
-        return `${path.dataset.series} ${value.toPrecision(3)}`;
-      });
-      if (values.length) words.push(`${panel.dataset.label} [N m]: ${values.join(", ")}`);
-    }
+    panels.forEach(([label, , , , , ...up], k) => {
+      const curves = all(`[data-curve="${k}"]:not(.off)`, svg);
+      const values = curves.map((curve) => `${curve.dataset.series} ${valueAt(one("path", curve), at, ...up)}`);
+      if (values.length) words.push(`${label}: ${values.join(", ")}`);
+    });
     svg.cursorAt = at;
     svg.closest(".run").querySelector(".read").textContent = words.join("; ");
   };

@@ -1,6 +1,7 @@
 """Figures on disk: PNG and SVG of the same picture, what is drawn beside them as CSV; what the pages compute agrees with the data."""
 
 import csv
+import json
 import re
 import xml.etree.ElementTree as ET
 from dataclasses import replace
@@ -20,13 +21,11 @@ from nnhydro.models.strip_theory import StripTheory
 from nnhydro.report.benchmark.figures import reliability_figure
 from nnhydro.report.diagnosis.figures import diagnosis_figures, laws_of, map_figure
 from nnhydro.report.diagnosis.finding_law import law_of
-from nnhydro.report.figure_file import new_figure, page_figure, save_figure
-from nnhydro.report.torque_panels import history_figure
-from nnhydro.report.widgets.history import history
-from nnhydro.report.widgets.panels import panels, shaded_ends
+from nnhydro.report.figure_file import MARKS, POINT, STYLES, new_figure, page_figure, save_figure
+from nnhydro.report.torque_panels import MEASURED, panels, shaded_ends, thin, torque_figure, torque_file
+from nnhydro.report.widgets.history import histories
 from nnhydro.report.widgets.residual_map import residual_maps, shade
-from nnhydro.report.widgets.svg import FINE, Scale, path, round_step, thin
-from nnhydro.report.widgets.trace import diagnosis_traces, spread, traces_of
+from nnhydro.report.widgets.trace import BASELINE, diagnosis_traces, spread, traces_of
 
 
 def test_a_figure_lies_there_as_png_svg_and_exactly_what_it_draws(tmp_path):
@@ -93,13 +92,6 @@ def test_the_reliability_curve_is_drawn_from_the_shares_of_each_model(tmp_path):
     assert [(float(r["x"]), float(r["y"])) for r in rows if r["series"] == "honest"] == [(0, 0), (100, 100)]
 
 
-def test_a_path_holds_the_curve_to_half_a_pixel():
-    x, y = np.linspace(0, 900, 301), 70 * np.sin(np.linspace(0, 20, 301))
-    numbers = np.array(path(x, y).replace("M", "").replace("l", " ").replace("-", " -").split(), dtype=int).reshape(-1, 2)
-    points = np.cumsum(numbers, axis=0) / FINE
-    assert np.abs(points - np.column_stack([x, y])).max() <= 0.5 / FINE + 1e-9
-
-
 def test_thinning_keeps_every_peak():
     y = np.zeros(10_000)
     y[[777, 5003]] = 1.0, -1.0
@@ -108,14 +100,6 @@ def test_thinning_keeps_every_peak():
     assert len(a) <= 200
     assert {(777.0, 1.0), (5003.0, -1.0)} <= set(zip(a, b, strict=True))
     assert (np.diff(a) > 0).all()
-
-
-@pytest.mark.parametrize(("span", "about", "step"), [(10, 5, 2), (1, 4, 0.5), (7, 5, 2), (0.03, 3, 0.01), (1e6, 10, 1e5)])
-def test_ticks_are_round_numbers(span, about, step):
-    assert round_step(span, about) == pytest.approx(step)
-    scale = Scale(-0.01 * span, span, 100, 0)
-    assert scale(scale.ticks(about)[0]) == pytest.approx(100, abs=2)
-    assert len(scale.ticks(about)) <= about + 2
 
 
 def poor_and_whole():
@@ -227,7 +211,7 @@ def test_a_diagnosis_leaves_its_history_its_map_and_its_laws(tmp_path):
     c = nnhydro.Campaign.of(a, list(c.recordings()), (steady_table(a, planted(a)),))
     told = SimpleNamespace(findings=[finding], corrected=true, baseline=without)
     traces = diagnosis_traces(c, without, true)
-    paths = diagnosis_figures(told, traces, laws_of(told, traces), tmp_path)
+    paths = diagnosis_figures(told, traces, residual_maps(traces, [BASELINE]), laws_of(told, traces), tmp_path)
     stems = ("torque_history", "torque_steady", "residual_map", "laws")
     assert sorted(p.name for p in paths) == sorted(f"{stem}.{kind}" for stem in stems for kind in ("png", "svg", "csv"))
     assert sorted(p.name for p in tmp_path.iterdir()) == sorted(p.name for p in paths)
@@ -244,9 +228,14 @@ def test_a_steady_table_is_drawn_against_what_it_varies_and_nothing_else():
     table = steady_table(a, planted(a))
     c = nnhydro.Campaign.of(a, [], (table,))
     (trace,) = traces_of("tows", c.steady_segments(), {"m": StripTheory(a, GIVEN, {}, "m", planted(a))})
-    labels = [h.label for h in history(trace, {"m": 0}, 100, ["m"])]
-    assert labels == ["tows against towing speed", "tows against angle of joint 1", "tows against angle of joint 2"]
+    drawn = histories([trace], {"m": 0}, ["m"])
+    assert [h.label for h in drawn] == ["tows against towing speed", "tows against angle of joint 1", "tows against angle of joint 2"]
     assert trace.error("m") < 1e-9
+    for picture, name in zip(drawn, ("towing speed [m/s]", "angle of joint 1 [rad]", "angle of joint 2 [rad]"), strict=True):
+        marks = [len(list(group.iter("use"))) for group in ET.fromstring(picture.drawing).iter("g") if group.get("data-curve")]
+        assert marks == [len(trace.segment)] * 6, "a mark a run: measured and modelled torque and the residual, of each joint"
+        assert name in texts_of(picture.drawing)
+        assert {"measured", "m"} <= set(texts_of(picture.drawing)), "the legend says which mark is whose"
 
 
 def with_wild_ends(trace, rows=20):
@@ -256,26 +245,86 @@ def with_wild_ends(trace, rows=20):
     return replace(trace, segment=replace(trace.segment, keep=keep), models={**trace.models, "poor": tau})
 
 
-def test_page_and_file_draw_the_same_panels_with_the_same_limits():
+def texts_of(drawing):
+    return [text.text for text in ET.fromstring(drawing).iter() if text.tag.endswith("text")]
+
+
+def points_of(path):
+    """The corners of a page's path: M x y, then steps."""
+    found = []
+    for part in path.get("d").split("M")[1:]:
+        numbers = np.array(re.findall(r"-?[\d.]+", part), dtype=float).reshape(-1, 2)
+        found.append(np.cumsum(numbers, axis=0))
+    return found
+
+
+def test_the_picture_of_a_recording_has_labels_with_units_limits_and_shaded_ends():
     c, whole, poor = poor_and_whole()
     trace = with_wild_ends(all_traces(c, whole=whole, poor=poor)[0])
-    figure = history_figure(trace, {"whole": "whole (0 %)", "poor": "poor (50 %)"}, "one")
-    (page,) = history(trace, {"whole": 0, "poor": 1}, 100, ["whole", "poor"])
-    drawn = [group for group in ET.fromstring(page.drawing).iter("g") if group.get("class") == "panel"]
-    assert [group.get("data-label") for group in drawn] == ["torque 1", "residual 1", "torque 2", "residual 2"]
-    for group, axes, panel in zip(drawn, figure.axes, panels(trace, ["whole", "poor"]), strict=True):
-        assert axes.get_ylabel().replace("\n", " ") == panel.label
-        np.testing.assert_allclose([float(x) for x in group.get("data-y").split()[2:]], axes.get_ylim()[::-1], rtol=1e-5)
-        lines = [line for line in axes.lines if not line.get_label().startswith("_")]
-        series = [p.get("data-series") for p in group.iter("path")]
-        assert [line.get_label().split(" (")[0] for line in lines] == series == list(panel.curves)
+    figure = torque_file(trace, {"whole": "whole (0 %)", "poor": "poor (50 %)"}, "one")
+    *shown, behind = figure.axes
+    labels = ["torque 1 [N m]", "residual 1 [N m]", "torque 2 [N m]", "residual 2 [N m]"]
+    assert [ax.get_ylabel().replace("\n", " ") for ax in shown] == labels
+    assert behind.get_xlabel() == "time [s]"
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["measured", "whole (0 %)", "poor (50 %)"]
+    assert figure.get_suptitle() == "one"
+    for ax, panel in zip(shown, panels(trace, ["whole", "poor"]), strict=True):
+        assert ax.get_ylim() == panel.limits
+        lines = [line for line in ax.lines if not line.get_label().startswith("_")]
+        assert [line.get_label().split(" (")[0] for line in lines] == list(panel.curves)
         for line, curve in zip(lines, panel.curves.values(), strict=True):
-            np.testing.assert_array_equal(line.get_ydata(), curve)
-    shaded = [rect for rect in ET.fromstring(page.drawing).iter("rect") if rect.get("class") == "ends"]
-    assert len(shaded) == len(figure.axes[0].patches) == len(shaded_ends(trace.segment)) == 2
+            np.testing.assert_array_equal(line.get_xydata(), np.column_stack([trace.segment.t, curve]))
     t, compared = trace.segment.t, trace.segment.t[trace.segment.keep]
-    assert shaded_ends(trace.segment) == [(t[0], compared[0]), (compared[-1], t[-1])], "the rows before and after those compared"
-    assert figure.axes[0].get_ylim()[1] < 100, "rows that are not compared do not set the scale"
+    ends = [(t[0], compared[0]), (compared[-1], t[-1])]
+    assert shaded_ends(trace.segment) == ends, "the rows before and after those compared"
+    assert [(patch.get_x(), patch.get_x() + patch.get_width()) for patch in behind.patches] == [pytest.approx(end) for end in ends]
+    assert shown[0].get_ylim()[1] < 100, "rows that are not compared do not set the scale"
+
+
+def test_a_page_s_script_finds_each_curve_its_panel_and_the_scales():
+    c, whole, poor = poor_and_whole()
+    traces = all_traces(c, whole=whole, poor=poor)
+    drawn = histories(traces, {"whole": 0, "poor": 1}, ["whole", "poor"])
+    assert [picture.recording for picture in drawn] == [trace.recording for trace in traces]
+    for picture, trace in zip(drawn, traces, strict=True):  # all but the first were drawn into the frame of the first
+        root, shown = ET.fromstring(picture.drawing), panels(trace, ["whole", "poor"])
+        scales = json.loads(root.get("data-panels"))
+        curves = {(int(g.get("data-curve")), g.get("data-series")): g for g in root.iter("g") if g.get("data-curve")}
+        assert set(curves) == {(k, name) for k, panel in enumerate(shown) for name in panel.curves}
+        for k, (panel, (label, left, right, start, stop, bottom, top, low, high)) in enumerate(zip(shown, scales, strict=True)):
+            assert label == panel.label
+            np.testing.assert_allclose([low, high, start, stop], [*panel.limits, trace.segment.t[0], trace.segment.t[-1]], rtol=1e-4)
+            for name, curve in panel.curves.items():
+                (points,) = points_of(next(iter(curves[k, name].iter("path"))))
+                wanted = np.column_stack([left + (trace.segment.t - start) / (stop - start) * (right - left),
+                                          bottom - (curve - low) / (high - low) * (bottom - top)])
+                assert max(distance(point, points) for point in wanted) < 2 / POINT
+
+
+def distance(point, line):
+    """Of a point from a line of corners."""
+    first, step = line[:-1], np.diff(line, axis=0)
+    along = np.clip(((point - first) * step).sum(axis=1) / np.maximum((step**2).sum(axis=1), 1e-12), 0, 1)
+    return np.hypot(*(point - first - along[:, None] * step).T).min()
+
+
+def test_a_gap_in_a_curve_stays_a_gap():
+    c, whole, poor = poor_and_whole()
+    trace = all_traces(c, whole=whole, poor=poor)[0]
+    broken = trace.models["poor"].copy()
+    broken[100:120] = np.nan
+    (picture,) = histories([replace(trace, models={**trace.models, "poor": broken})], {"whole": 0, "poor": 1}, ["whole", "poor"])
+    for group in (g for g in ET.fromstring(picture.drawing).iter("g") if g.get("data-curve")):
+        assert len(points_of(next(iter(group.iter("path"))))) == (2 if group.get("data-series") == "poor" else 1)
+
+
+def test_curves_and_marks_can_be_told_apart_in_grey():
+    c, whole, poor = poor_and_whole()
+    trace = all_traces(c, whole=whole, poor=poor)[0]
+    lines = torque_figure(trace, {"whole": 0, "poor": 1}).axes[0].lines
+    assert len({(line.get_linestyle(), line.get_linewidth()) for line in lines}) == len(lines)
+    assert lines[0].get_label() == MEASURED, "the models lie on top of it"
+    assert len({str(style["linestyle"]) for style in STYLES}) == len({mark["marker"] for mark in MARKS}) == len(STYLES)
 
 
 def test_a_panel_s_limits_hold_the_compared_rows_of_the_models_shown_first():
