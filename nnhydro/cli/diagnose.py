@@ -114,8 +114,8 @@ def _print(result: "DiagnosisResult", paths: list[Path], then: str) -> None:
 def diagnose(
     campaign: Path = typer.Argument(help="Folder of the campaign, or of several campaigns, which are diagnosed one by one."),
     out: Path = typer.Option(..., "--out", help="Folder for diagnosis.json, report.html, figures, model/ and baseline/."),
-    baseline: str = typer.Option("", "--baseline", help="A physics model by name, a model folder, or column (the recordings' "
-                                 "tau*_sim_Nm); constant, or rigid where dry, by default."),
+    baseline: str = typer.Option("", "--baseline", help="Name of a physics model, folder of a model, or column, which takes "
+                                 "tau*_sim_Nm of the recordings; default: constant, for a dry arm rigid."),
     effects: Path | None = typer.Option(None, "--effects", help="Python file with effects of your own."),
     cutoff: float | None = CUTOFF,
     seed: int = typer.Option(0, "--seed", help="Random seed of the subset of recordings and of the simulated "

@@ -29,6 +29,8 @@ HERE = Path(__file__).parent
 CONFIG = tomllib.loads((HERE / "config.toml").read_text())
 HEAD = """# A trained memory of the strips
 
+**Measured with development versions of 0.2 (25 and 26 November 2026).** The net is that of `net.py`.
+
 `python training/strip_memory/run.py`; every choice stands in `config.toml`, the net in `net.py`, every number in `results.json`. A small
 recurrent net that all strips share is trained on `torques`, the joint torques that were recorded. With `forces`, it is trained on the true
 force of every strip, which no rig measures. This shows how much of the force the history of a strip determines. `/8` means training on 8
