@@ -1,6 +1,7 @@
 """How long one step takes a controller: C and ONNX, double and single, median and 99th percentile; and 10^7 steps without allocation.
 
-`python training/benchmarks/control_step.py MODEL... ` writes control_step.json; MODEL is a folder of a model.
+`python training/benchmarks/control_step.py MODEL... ` writes the times of a step to control_step.json, `.. control_step.py loop MODEL...`
+the 10^7 steps; MODEL is a folder of a model.
 """
 
 import json
@@ -100,16 +101,19 @@ def in_onnx(model, precision, steps=5000):
 
 def main():
     """Measure every model and write control_step.json."""
-    found = {"machine": machine()}
-    for folder in map(Path, sys.argv[1:]):
-        model = load_model(folder)
-        found[folder.name] = {precision: {"c": in_c(model, precision, STEPS), "onnx": in_onnx(model, precision)}
-                              for precision in ("double", "single")}
-        print(folder.name, json.dumps(found[folder.name], indent=1), flush=True)
-    first = load_model(Path(sys.argv[1]))
-    found["loop"] = in_c(first, "double", LOOP, ["native"])["native"]
-    print(found["loop"])
-    Path(__file__).with_suffix(".json").write_text(json.dumps(found, indent=1) + "\n")
+    path, looped = Path(__file__).with_suffix(".json"), sys.argv[1:2] == ["loop"]
+    models = {folder.name: load_model(folder) for folder in map(Path, sys.argv[1 + looped:])}
+    before = json.loads(path.read_text()) if path.exists() else {}
+    if looped:
+        found = before | {"loop": {name: in_c(model, "double", LOOP, ["native"])["native"] for name, model in models.items()}}
+        print(json.dumps(found["loop"], indent=1))
+    else:
+        found = {"machine": machine(), "loop": before.get("loop", {})}
+        for name, model in models.items():
+            found[name] = {precision: {"c": in_c(model, precision, STEPS), "onnx": in_onnx(model, precision)}
+                           for precision in ("double", "single")}
+            print(name, json.dumps(found[name], indent=1), flush=True)
+    path.write_text(json.dumps(found, indent=1) + "\n")
 
 
 if __name__ == "__main__":

@@ -124,6 +124,21 @@ def test_every_effect_is_simulated_along_its_motion_and_stepped_exactly_or_refus
         np.testing.assert_allclose(joint_torque(whole, of.world.arm, of.world.causes), run.tau, atol=1e-9 * np.abs(run.tau).max())
 
 
+@pytest.mark.parametrize("control", [{"kind": "pd", "kp": 40.0, "kd": 5.0}, {"kind": "pid", "kp": 40.0, "kd": 5.0, "ki": 30.0},
+                                     {"kind": "computed_torque", "model": "textbook", **GAINS},
+                                     {"kind": "sliding_mode", "model": "constant", "kp": 3.0, "boundary": 1.0}], ids=lambda c: c["kind"])
+def test_every_kind_of_controller_moves_the_arm_by_the_torques_of_its_sensors(control):
+    """Late, limited and by encoder steps; what the sensors read of the run is what the controller ordered."""
+    sees = {"encoder_counts_per_rev": 65536, "delay_s": 1 / QUICK, "torque_limit_Nm": [30.0, 6.0]}
+    of, goal = truth(world("link_interference", 0.9)), {"m": reference()}
+    made = Controller(**control, **sees).torque_law(of.arm, QUICK)
+    ordered, (read_by_sensors,) = track("m", goal["m"], of.loop_arm("m"), made, QUICK, 1), of.runs(goal, made, QUICK, 1)
+    np.testing.assert_allclose(read_by_sensors.tau, ordered.tau, atol=1e-9)
+    np.testing.assert_array_equal(ordered.tau[0], 0.0)
+    assert (np.abs(ordered.tau).max(axis=0) <= [30.0, 6.0]).all()
+    assert np.ptp(ordered.state.q[:, 0]) > 0.6
+
+
 @pytest.mark.parametrize("name", ["", "link_interference", "rotor_inertia", "load_friction", "torque_ripple", "wave_orbital"])
 def test_the_acceleration_solves_the_truths_equation(name):
     rng = np.random.default_rng(7)
