@@ -27,6 +27,7 @@ def demo(
     """
     from nnhydro.cli.terminal.output import print_benchmark
     from nnhydro.diagnosis.findings.sheets import parameters_sheet
+    from nnhydro.report.diagnosis.page import SHOWN
     from nnhydro.report.diagnosis.tables import findings_sheet, location_sheet
 
     result, paths = _compare(out, seed)
@@ -41,7 +42,7 @@ def demo(
     for sheet in (findings_sheet(diagnosis), parameters_sheet(diagnosis["findings"]), location_sheet(diagnosis)):
         if len(sheet):
             show(sheet)
-    conclude(found.verdict(), written)
+    conclude(found.verdict(), [path for path in written if path.suffix in SHOWN])
     conclude(_open_answer(answer, score), following="nnhydro check MY_CAMPAIGN   (your own folder of recordings), then nnhydro benchmark "
              "MY_CAMPAIGN --out RESULTS and nnhydro diagnose MY_CAMPAIGN --out FOUND")
 
@@ -105,6 +106,6 @@ def _open_answer(answer: Json, score: Json) -> str:
     if score["error_before"] is None or score["error_after"] is None:
         return text
     truth = score["error_true"]
-    known = "" if truth is None else f", and the true model, with the recorded motions, {100 * truth:.1f} %"
+    known = "" if truth is None else f" From the recorded motions, the true model itself has {100 * truth:.1f} %."
     return (f"{text} On unseen motions, the corrected model has an error of {100 * score['error_after']:.1f} %, "
-            f"the baseline {100 * score['error_before']:.1f} %{known}.")
+            f"the baseline {100 * score['error_before']:.1f} %.{known}")

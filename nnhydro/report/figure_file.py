@@ -164,10 +164,10 @@ def page_figure(figure: "Figure", title: str, kind: str = "", **attributes: Any)
     inside = _short(re.sub(r"<defs>\s*<style.*?</defs>", "", text[text.index(">", text.index("<svg")) + 1:text.rindex("</svg>")], count=1,
                            flags=re.DOTALL))
     inside = re.sub(rf'<g id="({CURVE}|{LEGEND})(\d+):([^"]*)"', r'<g data-\1="\2" data-series="\3"', inside)
-    inside, key = re.sub(r'<g id="[^"]*"', "<g", inside), f"f{crc32(title.encode()):x}"
-    for pattern in (r'(\bid=")', r"(url\(#)", r'(href="#)'):  # an id stands once in a page
-        inside = re.sub(pattern, rf"\1{key}", inside)
+    inside, key = re.sub(r'<g id="[^"]*"', "<g", inside).replace("xlink:href=", "href="), f"f{crc32(title.encode()):x}"
+    names = {name: f"{key}{number}" for number, name in enumerate(dict.fromkeys(re.findall(r'\bid="([^"]+)"', inside)))}
+    inside = re.sub(r'(\bid="|url\(#|href="#)([^")]+)', lambda found: found[1] + names[found[2]], inside)  # an id stands once in a page
     inside = re.sub("#[0-9a-f]{6}", lambda found: THEME.get(found[0], found[0]), inside)
     width, height = figure.get_size_inches() * 72
     return tag("svg", Markup(inside), class_=f"figure {kind}".strip(), viewBox=f"0 0 {width:.0f} {height:.0f}", width=round(width / 0.75),
-               role="img", aria_label=title, **{"xmlns:xlink": "http://www.w3.org/1999/xlink", **attributes})
+               role="img", aria_label=title, **attributes)

@@ -108,13 +108,13 @@ def _axes(figure: "Figure", shown: Sequence[Panel], columns: int, head: float) -
         ax.xaxis.set_visible(False)
         ax.set_ylabel(panel.label.replace(" [", "\n[") if panel.residual else panel.label, visible=column == 0)
         ax.yaxis.set_label_coords(-0.6 / each, 0.5)
-        ax.locator_params(axis="y", nbins=3 if panel.residual else 5, steps=[1, 2, 5, 10])
+        ax.locator_params(axis="y", nbins=3 if panel.residual else 6, steps=[1, 2, 5, 10])
         ax.tick_params(left=False, labelleft=column == 0)
     for column in range(columns):
         ax = figure.add_axes((*[LEFT + (each + GAP) * column, BOTTOM] / whole, *[each, high] / whole), zorder=-1)
         ax.yaxis.set_visible(False)
         ax.xaxis.set_label_coords(0.5, -0.36 / high)
-        ax.locator_params(axis="x", nbins=7)
+        ax.locator_params(axis="x", nbins=8)
         ax.tick_params(bottom=False)
         for _ in range(2):
             ax.add_patch(Rectangle((0, 0), 0, 1, transform=ax.get_xaxis_transform(), color=INK, alpha=0.06, linewidth=0))

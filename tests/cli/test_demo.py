@@ -42,7 +42,7 @@ def test_the_opened_answer_says_what_was_hidden_and_what_the_correction_is_worth
     assert "The diagnosis was right" in said
     assert "12.5 %" in said
     assert "25.0 %" in said
-    assert "the true model, with the recorded motions, 10.0 %" in said
+    assert "From the recorded motions, the true model itself has 10.0 %." in said
 
 
 @pytest.mark.parametrize(("changes", "words"), [

@@ -62,7 +62,7 @@ def coverage_sheet(result: BenchmarkResult, document: dict[str, Any]) -> Sheet |
         return None
     whole = partial("{:.0%}".format)
     levels = [Column(f"of {level} %", [c["shares"][level] for _, c in known], whole, f"inside_{level}") for level in known[0][1]["shares"]]
-    return Sheet("Intervals: share of held-out torques within them, std over mean torque, and their width relative to fitted recordings",
+    return Sheet("Intervals: share of held-out torques inside; std relative to the mean torque; width relative to fitted recordings",
                  (Column("model", [name for name, _ in known], words=True), *levels, Column("std", [c["width"] for _, c in known], percent),
                   Column("wider", [c.get("wider_than_fitted") for _, c in known], "{:.2f}")))
 
