@@ -51,11 +51,11 @@ class Law:
 
 
 def law(name, width=1, joint=0, family=None, standard=False, predictable_share=1.0,
-        depends_on=("qd",), **keys):
+        depends_on=("qd",), varies=False, **keys):
     """The law `name`, of a family of its own."""
     signature = SimpleNamespace(mistaken_for=(), depends_on=depends_on)
-    card = SimpleNamespace(id=name, joint=joint, family=family or name, standard=standard, general=False, signature=signature,
-                           predictable_share=predictable_share)
+    card = SimpleNamespace(id=name, joint=joint, family=family or name, standard=standard, varies=varies, general=False,
+                           signature=signature, predictable_share=predictable_share)
     return Law(card, width, **keys)
 
 

@@ -47,6 +47,7 @@ class Effect(ParametricTerm):
     per_recording: ClassVar[bool] = False  # its linear values hold within one recording only: a phase of its own
     general: ClassVar[bool] = False  # the form of its family that no other effect covers: those must stand clear of it
     standard: ClassVar[bool] = False  # every robot's identification model has it (Khalil & Dombre 2002, chapter 12)
+    varies: ClassVar[bool] = False  # its size differs between recordings of a sound machine: friction with its temperature
     random_intercept: ClassVar[bool] = False  # besides its linear values each recording has an offset at the joint: a random effect
     predictable_share: ClassVar[float] = 1.0  # share of its torque that a fit can predict where it is the cause, as far as that is known
     dissipates: ClassVar[bool] = False  # with the hub at rest no sample gives the drive energy back, but for what a contact was bent

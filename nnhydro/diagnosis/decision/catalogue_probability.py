@@ -1,10 +1,14 @@
 """The probability that a claimed effect is the cause, and not a similar cause outside the catalogue.
 
-    P = LISTED / (1 + (left / TRUSTED_RATIO)^4)
+    P = LISTED / (1 + (left / TRUSTED_RATIO)^4 + (scatter / TRUSTED_RATIO)^4)
 
-A law that is the cause leaves almost nothing to the unknown; a similar law leaves a share. Of an effect with a low prior probability,
-`left` is the share of the nats to explain that the whole unknown keeps, as in search.stepwise. A standard term of a joint is probable
-beforehand, whatever else acts. Only its form is tested: how much better does any function of its variable explain the torque of the joint?
+A law that is the cause leaves almost nothing to the unknown, and has one size in all recordings. A similar law leaves a share, or its size
+differs with the motion: `scatter` is its relative deviation between recordings beyond their noise. It is 0 of what varies on a
+sound machine: friction with its temperature, offsets, a current.
+
+Of an effect with a low prior probability, `left` is the share of the nats to explain that the whole unknown keeps, as in search.stepwise.
+A standard term of a joint is probable beforehand, whatever else acts. Only its form is tested: how much better does any function of its
+variable explain the torque of the joint?
 
     left = n(S) / n(S less the laws of this variable),    n: nats that a smooth function of the variable gains beside a set
 
@@ -20,6 +24,7 @@ from nnhydro.diagnosis.constants import FEW_NATS, LEAST_GAIN, LISTED, SMALLEST_S
 from nnhydro.diagnosis.model.sizes import Sizes, fit_sizes, without_unknown
 from nnhydro.diagnosis.search.scored_set import LARGE_START, SMALL_START, ScoredSet
 from nnhydro.diagnosis.search.stepwise import Search
+from nnhydro.diagnosis.search.values import scatter_between_recordings
 
 CONSTANT = ("nothing",)
 VARIABLES: dict[tuple[str, ...], str] = {CONSTANT: "q{}_rad", ("q",): "q{}_rad", ("qd",): "dq{}_rad_s", ("qdd",): "ddq{}_rad_s2"}
@@ -31,7 +36,8 @@ def listed_probability(search: Search, found: ScoredSet, k: int) -> float:
         left = _share_left_of_class(search, found, k)
     else:
         left = search.share_left(search.score(tuple(x for x in found.chosen if x != k)), found)
-    return LISTED / (1.0 + (max(left, 0.0) / TRUSTED_RATIO) ** 4)
+    scatter = 0.0 if search.view.library.hypotheses[k].effect.varies else scatter_between_recordings(search, found, k)
+    return LISTED / (1.0 + (max(left, 0.0) / TRUSTED_RATIO) ** 4 + (scatter / TRUSTED_RATIO) ** 4)
 
 
 def _share_left_of_class(search: Search, found: ScoredSet, k: int) -> float:

@@ -175,7 +175,8 @@ def _judge(search: Search, now: ScoredSet, rest: ScoredSet, k: int, by_fold: Arr
         (0.0 if values_of(search, now, k).bounded else 1.0, 0.5, "a value lies beyond its physical bound"),
         (gain, per_recording, f"mass, drag and added mass fitted to each recording alone would gain more, {per_recording:.1f} nats"),
         (on_unseen, 0.0, "the prediction of held-out recordings does not improve"),
-        (listed_probability(search, now, k), LEAST_PROBABLE, "it leaves so much that a cause outside the catalogue is more probable"),
+        (listed_probability(search, now, k), LEAST_PROBABLE, "a cause outside the catalogue is more probable: much "
+                                                             "remains, or the size differs between recordings"),
         (1.0 if search.admits(rest, now) else 0.0, 0.5, "a smooth unknown law explains the residual as well"),
     )
     for statistic, needed, reason in tests:

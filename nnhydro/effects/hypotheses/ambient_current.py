@@ -34,6 +34,7 @@ class AmbientCurrent(InstrumentEffect):
     acts = "arm"
     stage = 0
     needs_water = True
+    varies = True
 
     current_X: Values = parameter("m/s", 0.0, (-5.0, 5.0), "velocity of the water along X", per="arm")
     current_Y: Values = parameter("m/s", 0.0, (-5.0, 5.0), "velocity of the water along Y", per="arm")

@@ -32,6 +32,7 @@ class CoulombFriction(DryContact, LoadEffect):
     )
     acts = "joint"
     standard = True
+    varies = True
     dissipates = True
 
     level: Values = parameter("N m", 0.1, ANY_SIZE, "friction torque while the joint turns", per="arm")

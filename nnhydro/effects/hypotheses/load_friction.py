@@ -33,6 +33,7 @@ class LoadFriction(DryContact, InstrumentEffect):
         excited_by="the same speed with and without load", mistaken_for=("coulomb_friction", "stribeck_friction", "torque_gain"),
     )
     acts = "joint"
+    varies = True
     stage = 1
     dissipates = True
 

@@ -34,6 +34,7 @@ class StribeckFriction(DryContact, LoadEffect):
         mistaken_for=("coulomb_friction", "load_friction", "viscous_friction", "backlash"),
     )
     acts = "joint"
+    varies = True
     rate_scaled = ("speed",)
     dissipates = True
 

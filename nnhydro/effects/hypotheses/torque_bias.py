@@ -30,6 +30,7 @@ class TorqueBias(InstrumentEffect):
     )
     acts = "joint"
     standard = True
+    varies = True
     stage = 4
 
     offset: Values = parameter("N m", 0.0, ANY_VALUE, "reading minus torque", per="arm")

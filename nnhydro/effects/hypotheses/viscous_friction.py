@@ -30,6 +30,7 @@ class ViscousFriction(LoadEffect):
     )
     acts = "joint"
     standard = True
+    varies = True
     dissipates = True
 
     coefficient: Values = parameter("N m s/rad", 0.05, ANY_SIZE, "friction torque per unit joint rate", per="arm")

@@ -12,7 +12,7 @@ from nnhydro.diagnosis.search import values
 from nnhydro.diagnosis.search.best_fit import best_fit, fit_at
 from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.stepwise import Search
-from nnhydro.diagnosis.search.values import Values, _pool, _variance_between, says_nothing, values_of
+from nnhydro.diagnosis.search.values import Values, _pool, _variance_between, says_nothing, scatter_between_recordings, values_of
 from nnhydro.diagnosis.search.weighted_library import WeightedLibrary
 
 LAWS = tuple(law(f"law_{k}") for k in range(3))
@@ -160,6 +160,18 @@ def test_a_value_is_cut_at_its_bounds_and_says_so_where_the_bound_is_not_zero(li
     assert got.mean[0] == pytest.approx(20 * value, rel=0.02, abs=1e-9)
     assert got.bounded == bounded
     assert found(with_values(beta, 8, noise=0.01, laws=laws)).bounded == bounded
+
+
+@pytest.mark.parametrize("spread", [0.0, 0.2, 0.5])
+def test_the_relative_scatter_between_recordings_is_that_planted(spread):
+    one = with_values(2.0 * (1 + spread * np.resize([1.0, -1.0], 8)), rows=200, noise=0.1)
+    planted = spread * np.sqrt(8 / 7)  # unbiased, of eight recordings
+    assert scatter_between_recordings(one, one.score((0,)), 0) == pytest.approx(planted, rel=0.05, abs=0.02)
+
+
+def test_values_of_each_recording_s_own_have_no_scatter_between_recordings():
+    one = with_values([1.0, -1.0] * 4, noise=0.05, laws=(law("law_0", per_recording=True), *LAWS[1:]))
+    assert scatter_between_recordings(one, one.score((0,)), 0) == 0.0
 
 
 @pytest.mark.parametrize(("beta", "between"), [
