@@ -69,9 +69,9 @@ class ConcealedTruth:
         if not controlled:
             return
         require(all(cause.drive is None for cause in self.world.causes), f"{where}: {KEY}: what this arm hides lies between drive and "
-                f"link, so that a controller would see a drive with a motion of its own, which is not stepped: {FOLLOW}")
-        require(steps(self.world), f"{where}: {KEY}: what this arm hides depends on more than the state of the moment (the motion "
-                f"before, or the length of the run), which a simulation under a controller cannot step through: {FOLLOW}")
+                f"link. The controller would see the drive, whose motion is not stepped: {FOLLOW}")
+        require(steps(self.world), f"{where}: {KEY}: what this arm hides depends on the motion before, or on the length of "
+                f"the run. A simulation under a controller cannot step through it: {FOLLOW}")
 
     def runs(self, references: Mapping[str, Reference], law: TorqueLaw | None, rate_hz: float, hold: int) -> Iterator[Run]:
         """Yield a run a reference as drives and sensors of the arm read it, without the recipe's sensors.
