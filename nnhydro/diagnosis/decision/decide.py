@@ -11,6 +11,7 @@ A member k of the best set S is claimed if it passes six tests.
    FORM of the gain at most: where many recordings show the same, the unknown predicts the others as well as a law.
 4. Values: one differs from 0 by PRECISE standard deviations, the interval of one that is reported excludes 0, and none lies beyond a
    physical bound. A law that differs between recordings must gain more than mass, drag and added mass fitted to each recording alone.
+   Of a wave, no other frequency explains more than LEAVES as much (decision.other_frequencies).
 5. Size: it moves the torque by RELEVANT of its rms, or explains FORM of the energy of what remains without it. In a part of the campaign
    it also moves FORM of the largest claim, whose error of form may show there.
 6. Catalogue: it is more probable than a similar cause outside the catalogue (decision.catalogue_probability).
@@ -27,11 +28,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
-from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, P_ALARM, PRECISE, RELEVANT
+from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, LEAVES, P_ALARM, PRECISE, RELEVANT
 from nnhydro.diagnosis.decision.catalogue_probability import listed_probability
 from nnhydro.diagnosis.decision.heldout import log_densities
 from nnhydro.diagnosis.decision.heldout_errors import Proof, fitted_error, prove
 from nnhydro.diagnosis.decision.null_draws import null_threshold
+from nnhydro.diagnosis.decision.other_frequencies import share_elsewhere
 from nnhydro.diagnosis.decision.parameters_per_recording import nats_of_parameters_per_recording
 from nnhydro.diagnosis.problem.design import relevant_share
 from nnhydro.diagnosis.problem.hypothesis import AnyEffect
@@ -182,6 +184,9 @@ def _judge(search: Search, now: ScoredSet, rest: ScoredSet, k: int, by_fold: Arr
     for statistic, needed, reason in tests:
         if statistic <= needed:
             return Decision(effect, joint, statistic, needed, False, reason)
+    elsewhere = share_elsewhere(search, rest, k)
+    if elsewhere > LEAVES:
+        return Decision(effect, joint, elsewhere, LEAVES, False, f"no line: another frequency explains {100 * elsewhere:.0f} % as much")
     return Decision(effect, joint, gain, threshold, True, f"gains {gain:.1f} nats, and improves the prediction of held-out recordings")
 
 

@@ -82,7 +82,7 @@ def lines_per_recording(design: Design) -> dict[int, float]:
     return lines if lines and not most and max(lines.values()) - min(lines.values()) > width else {}
 
 
-def _durations(design: Design) -> dict[int, float]:
+def durations(design: Design) -> dict[int, float]:
     """Return how long each recording is, s, by its number."""
     stretches = design.problem.stretches
     return {g: sum(len(stretch.segment) * stretch.segment.dt for stretch in stretches if stretch.group == g)
@@ -123,7 +123,7 @@ def across_fixed_links(design: Design) -> tuple[float, ...]:
 
 def at_lines_per_recording(hypotheses: Sequence[Hypothesis], design: Design, headings: Sequence[float] = ()) -> tuple[Hypothesis, ...]:
     """Return the hypotheses that have a frequency, and values, of each recording's own once more at the line of each, in all directions."""
-    lines, duration = lines_per_recording(design), _durations(design)
+    lines, duration = lines_per_recording(design), durations(design)
     if not lines:
         return ()
     log_tried = float(sum(np.log(max(design.problem.edge * duration[g], 1.0)) for g in lines))
@@ -139,17 +139,21 @@ def at_lines_per_recording(hypotheses: Sequence[Hypothesis], design: Design, hea
     return tuple(made.values())
 
 
-def _explained_energy(design: Design, left: Array, X: Array) -> Array:
-    """Return the energy (groups,) that columns X (n, joints, k) explain of the rows `left` (n, joints) of each recording, all alike.
+def explained_energy(search: Search, rest: ScoredSet, laws: Sequence[Hypothesis], model: StripTheory) -> Array:
+    """Return the energy (laws, groups) that each of `laws` explains of what the best fit of `rest` leaves in each recording.
 
     Beside the model errors in the noise of the evidence, small changes of a line hardly count: the sharp peak is that of the energy.
     """
-    made = []
-    for g in range(design.problem.groups):
-        rows = design.problem.group_of == g
-        part, r = X[rows].reshape(-1, X.shape[2]), left[rows].ravel()
-        made.append(float(r @ part @ np.linalg.lstsq(part, r)[0]))
-    return np.array(made)
+    fit, design = best_fit(search, rest), search.view.library.design
+    level = np.sqrt((fit.whitened.sw**2).mean(axis=0))  # a joint that has more noise counts less
+    left, made = fit.residual / fit.whitened.sw * level, np.zeros((len(laws), design.problem.groups))
+    for number, law in enumerate(laws):
+        X = design.columns([law], model) * level[:, None]
+        for g in range(design.problem.groups):
+            rows = design.problem.group_of == g
+            part, r = X[rows].reshape(-1, X.shape[2]), left[rows].ravel()
+            made[number, g] = float(r @ part @ np.linalg.lstsq(part, r)[0])
+    return made
 
 
 def lines_at_peak(search: Search, best: ScoredSet, model: StripTheory) -> GrownSearch:
@@ -158,18 +162,15 @@ def lines_at_peak(search: Search, best: ScoredSet, model: StripTheory) -> GrownS
         f_g = argmax_f r_g'X_g (X_g'X_g)^-1 X_g'r_g,     X_g columns of the wave at f, r_g what the best fit of the others leaves
     """
     design = search.view.library.design
-    duration = _durations(design)
+    duration = durations(design)
     for k in best.chosen:
         h = search.view.library.hypotheses[k]
         if not h.lines or h.values_by_recording:
             continue
         others = tuple(x for x in best.chosen if x != k)
-        fit = best_fit(search, search.score(others))
-        level = np.sqrt((fit.whitened.sw**2).mean(axis=0))  # a joint that has more noise counts less
-        left = fit.residual / fit.whitened.sw * level
         for number in range(ROUNDS):
             tried = [replace(h, lines={g: max(f + way / (duration[g] * 2**number), LOWEST) for g, f in h.lines.items()}) for way in STEPS]
-            energy = np.stack([_explained_energy(design, left, design.columns([o], model) * level[:, None]) for o in tried])
+            energy = explained_energy(search, search.score(others), tried, model)
             h = replace(h, lines={g: tried[int(np.argmax(energy[:, g]))].lines[g] for g in h.lines})
         start = len(search.view.library.hypotheses)
         search = extend_library(search, best, [h], model)
