@@ -42,6 +42,15 @@ def test_a_planted_law_is_claimed_and_nothing_else():
         assert "nats" in decision.reason
 
 
+@pytest.mark.parametrize(("share", "claimed"), [(LEAVES - 0.01, (0,)), (LEAVES + 0.01, ())])
+def test_a_wave_that_other_frequencies_explain_half_as_much_is_not_claimed(share, claimed, monkeypatch):
+    one = with_planted([0.6])
+    monkeypatch.setattr(deciding, "share_elsewhere", lambda search, rest, k: share)
+    decided = decide(one, one.score((0,)), 0)
+    assert decided.claimed.chosen == claimed
+    assert claimed or decided.decisions[0].reason == "no line: another frequency explains 51 % as much"
+
+
 def test_two_planted_laws_are_claimed_whatever_their_order():
     one = with_planted([0.5, -0.4])
     assert decide(one, one.run(), 0).claimed.chosen == (0, 1)
