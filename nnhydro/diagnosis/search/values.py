@@ -164,11 +164,12 @@ def says_nothing(search: Search, found: ScoredSet, k: int) -> bool:
 
 
 def scatter_between_recordings(search: Search, found: ScoredSet, k: int) -> float:
-    """Return the relative deviation of the size of member `k` between recordings, beyond their noise.
+    """Return the relative deviation of the size of member `k` between recordings, beyond their noise, weighted by its energy there.
 
-    It is 0 of values of each recording's own.
+        s^2 = (sum_g e_g (x_g - mean x)^2 - (G - 1)) / sum_g e_g,     x_g = u_g'r_g / e_g,  e_g = u_g'u_g
 
-        size_g = 1 + u_g'r_g / u_g'u_g,     u the member's torque in the best fit, r what that fit leaves, g recordings or blocks
+    u is the member's whitened torque in the best fit, r what that fit leaves, g = 1 ... G recordings or blocks. s^2 is the share of the
+    member's energy that one size misses. It is 0 of values of each recording's own.
     """
     if search.view.library.hypotheses[k].per_recording:
         return 0.0
@@ -176,8 +177,9 @@ def scatter_between_recordings(search: Search, found: ScoredSet, k: int) -> floa
     columns = np.searchsorted(fit.coefficients, np.arange(place.start, place.stop))
     torque = fit.rows[..., columns] @ fit.posterior.mean[place]
     energy, product = (np.bincount(unit, (torque * other).sum(axis=1)) for other in (torque, fit.residual))
-    acts = energy > 0
-    return float(np.sqrt(_variance_between(1 + product[acts] / energy[acts], 1 / energy[acts])))
+    energy, product = energy[energy > 0], product[energy > 0]
+    excess = float(energy @ (product / energy - product.sum() / energy.sum()) ** 2) - (len(energy) - 1)
+    return float(np.sqrt(max(excess, 0.0) / energy.sum()))
 
 
 def _pool(beta: Array, covariance: Array) -> tuple[Array, Array]:
