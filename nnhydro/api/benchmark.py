@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, final
 
 from nnhydro.api.campaign import campaign_of
-from nnhydro.evaluation import benchmark as evaluation
+from nnhydro.evaluation.benchmark import BenchmarkOptions
 from nnhydro.evaluation.benchmark_result import BenchmarkResult
 from nnhydro.evaluation.protocols.protocol import DEFAULT
 from nnhydro.fitting.config import TrainingConfig, read_config
@@ -73,4 +73,5 @@ def benchmark(campaign: Campaign | str | Path | Sequence[Campaign | str | Path],
     """
     chosen = read_config(Path(config)) if isinstance(config, str | Path) else config
     arms: Sequence[Any] = campaign if isinstance(campaign, Sequence) and not isinstance(campaign, str) else (campaign,)
-    return Benchmark(evaluation.benchmark([campaign_of(arm) for arm in arms], models, folds, seed, chosen, report, protocol, workers))
+    options = BenchmarkOptions(models, folds, seed, chosen, protocol)
+    return Benchmark(options.benchmark([campaign_of(arm) for arm in arms], report or (lambda text: None), workers))

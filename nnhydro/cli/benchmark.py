@@ -31,7 +31,7 @@ def benchmark(
     """
     from nnhydro.cli.terminal.output import print_benchmark
     from nnhydro.cli.terminal.progress import steps_on_screen
-    from nnhydro.evaluation.benchmark import benchmark as compare
+    from nnhydro.evaluation.benchmark import BenchmarkOptions
     from nnhydro.evaluation.entries import default_names
     from nnhydro.evaluation.protocols.protocol import DEFAULT
     from nnhydro.fitting.config import TrainingConfig, read_config
@@ -50,9 +50,10 @@ def benchmark(
     for opened in campaigns:
         opened.verify()
     unusable = [warn_of_errors(opened) for opened in campaigns]
+    options = BenchmarkOptions(names, folds, chosen.seed, chosen, protocol)
     total = folds * len(names or default_names(campaigns[0].arm)) if protocol == DEFAULT and names != ["all"] else None
     with steps_on_screen(total) as report:
-        result = compare(campaigns, names, folds, chosen.seed, chosen, report, protocol, workers)
+        result = options.benchmark(campaigns, report, workers)
     paths = write_benchmark(result, out)
     if json:
         emit(result.document())

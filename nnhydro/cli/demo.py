@@ -51,7 +51,7 @@ def _compare(out: Path, seed: int) -> tuple["BenchmarkResult", list[Path]]:
     """Train and compare; return the benchmark and the files written."""
     from nnhydro.cli.terminal.progress import steps_on_screen
     from nnhydro.demo import CAMPAIGN, EXPECTED, FOLDS, MEMBERS
-    from nnhydro.evaluation.benchmark import benchmark
+    from nnhydro.evaluation.benchmark import BenchmarkOptions
     from nnhydro.evaluation.entries import default_names
     from nnhydro.fitting.config import TrainingConfig
     from nnhydro.fitting.network.train import train
@@ -65,7 +65,7 @@ def _compare(out: Path, seed: int) -> tuple["BenchmarkResult", list[Path]]:
     note(f"Reading {EXPECTED}.")
     config = TrainingConfig(seed=seed, members=MEMBERS)
     with steps_on_screen(FOLDS * len(default_names(campaign.arm))) as report:
-        result = benchmark(campaign, (), FOLDS, seed, config, report)
+        result = BenchmarkOptions((), FOLDS, seed, config).benchmark(campaign, report)
     paths = write_benchmark(result, out / "benchmark")
     note("training the hybrid on all recordings")
     model = train(campaign, config)

@@ -2,8 +2,9 @@
 
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import product
+from typing import final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +28,6 @@ from nnhydro.recordings.splitting import Unit
 from nnhydro.runtime.workers import HERE, Workers, spread
 
 Array = NDArray[np.float64]
-PROTOCOL = DEFAULT
 Report = Callable[[str], None]
 LOOKED_BACK = 12  # fitted recordings on which the width of the intervals is looked up for comparison
 
@@ -100,31 +100,45 @@ def _material(campaigns: tuple[Campaign, ...], config: TrainingConfig, fold_coun
                     tuple(group_names(campaign) for campaign in campaigns), fold_count, seed)
 
 
-@one_thread()
-def benchmark(campaign: Campaign | Sequence[Campaign], models: Sequence[str] = (), fold_count: int = 5, seed: int = 0,
-              config: TrainingConfig | None = None, report: Report | None = None, protocol: str = DEFAULT,
-              workers: Workers = HERE) -> BenchmarkResult:
-    """Return every model's misfit on recordings held out of its fit, as `protocol` says which; by default each recording once.
-
-    `models`: baselines, `network`, `hybrid`, comparators or model folders (all physics that suits the arm, network and hybrid by default).
-    Several campaigns are several arms. `workers` share the fits, a model and fold each. Raises ConfigError for an unknown name,
-    CampaignError where nothing can be held out.
-    """
-    require(seed >= 0, f"seed {seed}: give 0 or a positive number")
-    config = config or TrainingConfig(seed=seed)
-    campaigns = (campaign,) if isinstance(campaign, Campaign) else tuple(campaign)
-    chosen = protocol_called(protocol)
-    entered = entries(models or default_names(campaigns[0].arm), campaigns, config)
-    material = _material(campaigns, config, fold_count, seed)
-    unusable = left_out(material)
-    if report is not None and unusable:
-        report(f"left out, because no stretch of finite rows is long enough (see nnhydro check): {', '.join(unusable)}")
-    split, seen = honest(chosen.split(material), entered)
-    standings = {entry.name: Standing(entry.name) for entry in entered}
-    rounds = _in_turn(split, entered, campaigns[0].arm, material.hows[0], report or (lambda text: None), workers)
-    for (_, entry), standing in zip(product(split.folds, entered), rounds, strict=True):
-        standings[entry.name].add(standing)
-    floors = [floor.error for campaign, how in zip(campaigns, material.hows, strict=True)
+def _mean_floor(material: Material) -> float | None:
+    """Return the mean noise floor of the campaigns that repeat a motion; None where none does."""
+    floors = [floor.error for campaign, how in zip(material.campaigns, material.hows, strict=True)
               if (floor := noise_floor(campaign, how)) is not None]
-    mean_floor = float(np.mean(floors)) if floors else None
-    return BenchmarkResult(campaigns, material.hows[0], chosen.name, split, standings, mean_floor, seed, config, unusable, seen)
+    return float(np.mean(floors)) if floors else None
+
+
+@final
+@dataclass(frozen=True)
+class BenchmarkOptions:
+    """The choices of a benchmark with their defaults: one object for Python, the command line and studies."""
+
+    models: Sequence[str] = ()  # baselines, network, hybrid, comparators, model folders or all; by default what suits the arm
+    folds: int = 5  # each recording is held out in one of them
+    seed: int = 0  # of folds, networks and intervals
+    config: TrainingConfig | None = None  # of networks; the defaults with `seed`
+    protocol: str = DEFAULT  # what is held out
+
+    @one_thread()
+    def benchmark(self, campaign: Campaign | Sequence[Campaign], report: Report = lambda text: None,
+                  workers: Workers = HERE) -> BenchmarkResult:
+        """Return every model's misfit on recordings held out of its fit, as `protocol` says which; by default each recording once.
+
+        Several campaigns are several arms. `workers` share the fits, a model and fold each. Raises ConfigError for an unknown name,
+        CampaignError where nothing can be held out.
+        """
+        require(self.seed >= 0, f"seed {self.seed}: give 0 or a positive number")
+        config = self.config or TrainingConfig(seed=self.seed)
+        campaigns = (campaign,) if isinstance(campaign, Campaign) else tuple(campaign)
+        chosen = protocol_called(self.protocol)
+        entered = entries(self.models or default_names(campaigns[0].arm), campaigns, config)
+        material = _material(campaigns, config, self.folds, self.seed)
+        unusable = left_out(material)
+        if unusable:
+            report(f"left out, because no stretch of finite rows is long enough (see nnhydro check): {', '.join(unusable)}")
+        split, seen = honest(chosen.split(material), entered)
+        standings = {entry.name: Standing(entry.name) for entry in entered}
+        rounds = _in_turn(split, entered, campaigns[0].arm, material.hows[0], report, workers)
+        for (_, entry), standing in zip(product(split.folds, entered), rounds, strict=True):
+            standings[entry.name].add(standing)
+        return BenchmarkResult(campaigns, material.hows[0], chosen.name, split, standings, _mean_floor(material), self.seed, config,
+                               unusable, seen)

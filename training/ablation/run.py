@@ -8,7 +8,7 @@ import time
 import tomllib
 from pathlib import Path
 
-from nnhydro.evaluation.benchmark import benchmark
+from nnhydro.evaluation.benchmark import BenchmarkOptions
 from nnhydro.fitting.config import TrainingConfig
 from nnhydro.fitting.identify import versions
 from nnhydro.recordings.campaign import open_campaign
@@ -34,7 +34,7 @@ def study(campaign, config):
     """Return the pooled held-out errors {name: error}: of a set left out, `alone SET`, `everything`, `lawless` and `featureless`."""
     def error(name, features=START.features, law=START.law):
         chosen = TrainingConfig(features=features, law=law, members=config["members"], epochs=config["epochs"], seed=config["seed"])
-        result = benchmark(campaign, [config["model"]], config["folds"], config["seed"], chosen)
+        result = BenchmarkOptions([config["model"]], config["folds"], config["seed"], chosen).benchmark(campaign)
         found[name] = result.standings[config["model"]].pooled.error
         print(f"{name}: {100 * found[name]:.2f} %", flush=True)
 

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from nnhydro.evaluation.benchmark import benchmark
+from nnhydro.evaluation.benchmark import BenchmarkOptions
 from nnhydro.fitting.identify import versions
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import open_campaign
@@ -139,7 +139,7 @@ def main() -> None:
             for model in models:
                 if found.get(model, {}).get("version") == now:
                     continue
-                result = benchmark(open_campaign(Path(folder) / name), [model], config["folds"], config["seed"]).document()
+                result = BenchmarkOptions([model], config["folds"], config["seed"]).benchmark(open_campaign(Path(folder) / name)).document()
                 entry = result["models"][model]
                 found[model] = {key: entry[key] for key in ("error", "nrmse", "fit_s", "by_recording")} | {
                     "version": now, "seed": config["seed"], "folds": config["folds"], "added": config["lines"][name],

@@ -17,7 +17,7 @@ import numpy as np
 import pandas as pd
 
 from nnhydro.errors import NnhydroError
-from nnhydro.evaluation.benchmark import benchmark
+from nnhydro.evaluation.benchmark import BenchmarkOptions
 from nnhydro.evaluation.entries import entries
 from nnhydro.evaluation.metrics import Misfit
 from nnhydro.fitting.config import TrainingConfig
@@ -110,7 +110,7 @@ def main() -> None:
                 if (root / "truth_of_unseen" / case).is_dir():
                     error, recordings = on_unseen(root, case, model, campaign), None
                 else:
-                    document = benchmark(campaign, [model], FOLDS, SEED).document()["models"][model]
+                    document = BenchmarkOptions([model], FOLDS, SEED).benchmark(campaign).document()["models"][model]
                     error, recordings = document["error"], document["by_recording"]
             except NnhydroError as cause:
                 print(f"{case} {model}: {cause}", flush=True)

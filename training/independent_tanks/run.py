@@ -10,7 +10,7 @@ import sys
 import tomllib
 from pathlib import Path
 
-from nnhydro.evaluation.benchmark import benchmark
+from nnhydro.evaluation.benchmark import BenchmarkOptions
 from nnhydro.recordings.campaign import open_campaign
 from nnhydro.runtime.files import write_json, write_text
 
@@ -86,7 +86,8 @@ def main() -> None:
         for model in given[0] if given else chosen.get("models", config["models"]):
             if found.get(model, {}).get("version") == now:
                 continue
-            result = benchmark(open_campaign(Path(chosen["campaign"])), [model], config["folds"], config["seed"], protocol=protocol)
+            options = BenchmarkOptions([model], config["folds"], config["seed"], protocol=protocol)
+            result = options.benchmark(open_campaign(Path(chosen["campaign"])))
             found[model] = result.document()["models"][model] | {"version": now}
             write_json(path, results)
             write_text(HERE / "README.md", table(results, now, config["sets"]))

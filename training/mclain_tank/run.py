@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from nnhydro.evaluation.benchmark import benchmark
+from nnhydro.evaluation.benchmark import BenchmarkOptions
 from nnhydro.fitting.config import TrainingConfig
 from nnhydro.fitting.identify import versions
 from nnhydro.recordings.campaign import open_campaign
@@ -45,7 +45,8 @@ def main() -> None:
     choices = TrainingConfig(baseline=config["baseline"])
     results = {}
     for protocol in config["protocols"]:
-        results[protocol] = benchmark(campaign, config["models"], config["folds"], config["seed"], choices, protocol=protocol)
+        options = BenchmarkOptions(config["models"], config["folds"], config["seed"], choices, protocol)
+        results[protocol] = options.benchmark(campaign)
         print(table({protocol: results[protocol].document()}), flush=True)
     seconds = time.perf_counter() - start
     version, minutes = versions()["nnhydro"].partition("+")[0], max(1, round(seconds / 60))

@@ -16,7 +16,7 @@ from table import earlier, page
 
 import nnhydro
 from nnhydro.cli.terminal.output import print_benchmark
-from nnhydro.evaluation.benchmark import benchmark
+from nnhydro.evaluation.benchmark import BenchmarkOptions
 from nnhydro.recordings.campaign import open_campaign, open_campaigns
 from nnhydro.runtime.files import write_json, write_text
 from nnhydro.simulation.campaign_writer import write_campaign
@@ -58,7 +58,8 @@ def main() -> None:
         with tempfile.TemporaryDirectory() as folder:
             arms = protocol == ARMS
             campaign = simulated_arms(config, Path(folder)) if arms else open_campaign(Path(config["campaign"]))
-            result = benchmark(campaign, config["arm_models" if arms else "models"], config["folds"], config["seed"], protocol=protocol)
+            models = config["arm_models" if arms else "models"]
+            result = BenchmarkOptions(models, config["folds"], config["seed"], protocol=protocol).benchmark(campaign)
         results[protocol] = result.document() | {"seconds": round(time.perf_counter() - start)}
         write_json(HERE / "results.json", results)
         write()

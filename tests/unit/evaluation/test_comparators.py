@@ -8,7 +8,7 @@ import torch
 from campaigns import GIVEN, TINY, campaign, planted
 from rigs import arm, run
 
-from nnhydro.evaluation.benchmark import benchmark
+from nnhydro.evaluation.benchmark import BenchmarkOptions
 from nnhydro.evaluation.comparators import gp
 from nnhydro.evaluation.comparators.comparator import comparators, raw_states, thin_rows
 from nnhydro.evaluation.entries import all_names, default_names
@@ -61,7 +61,7 @@ def test_rivals_take_part_where_they_are_asked_for():
     whole = campaign(a, planted(a), 4, seconds=2.0, rate=25.0)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        result = benchmark(whole, ["all"], 2, config=FEW)
+        result = BenchmarkOptions(["all"], 2, config=FEW).benchmark(whole)
     assert set(result.standings) == set(all_names(a))
     assert "coverage" in result.document()["models"]["gp"]
 

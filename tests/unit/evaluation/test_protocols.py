@@ -9,7 +9,7 @@ from campaigns import DEFAULT_LAWS, GIVEN, angles_only, campaign, planted, recor
 from rigs import arm, scaled
 
 from nnhydro.errors import CampaignError, ConfigError
-from nnhydro.evaluation.benchmark import benchmark
+from nnhydro.evaluation.benchmark import BenchmarkOptions
 from nnhydro.evaluation.model_errors import misfit_of
 from nnhydro.evaluation.protocols.learning_curve import sizes
 from nnhydro.evaluation.protocols.leave_angle_sector_out import posture
@@ -164,7 +164,7 @@ def test_a_model_on_another_arm_takes_its_masses():
 
 @pytest.mark.slow
 def test_every_model_is_benchmarked_on_an_arm_that_it_never_saw():
-    result = benchmark(arms(), ["constant", "state", "network", "hybrid"], config=DEFAULT_LAWS, protocol="leave-arm-out")
+    result = BenchmarkOptions(["constant", "state", "network", "hybrid"], config=DEFAULT_LAWS, protocol="leave-arm-out").benchmark(arms())
     document = result.document()
     assert document["protocol"] == "leave-arm-out"
     assert len(document["versions"]["campaign_sha256"]) == 3
@@ -175,14 +175,14 @@ def test_every_model_is_benchmarked_on_an_arm_that_it_never_saw():
 def test_a_folder_of_campaigns_is_read_as_several_arms(tmp_path):
     for number, whole in enumerate(arms()):
         write_folder(whole, tmp_path / f"rig{number}")
-    result = benchmark(open_campaigns(tmp_path), ["constant"], protocol="leave-arm-out")
+    result = BenchmarkOptions(["constant"], protocol="leave-arm-out").benchmark(open_campaigns(tmp_path))
     assert [fold.name for fold in result.split.folds] == ["rig0", "rig1", "rig2"]
     assert {name.split("/")[0] for name in result.standings["constant"].misfit} == {"rig0", "rig1", "rig2"}
 
 
 def test_the_learning_curve_is_told_fold_by_fold():
     whole = Campaign.of(arm(2), [angles_only(r) for r in tank().recordings()])
-    result = benchmark(whole, ["constant", "textbook"], 3, protocol="learning-curve")
+    result = BenchmarkOptions(["constant", "textbook"], 3, protocol="learning-curve").benchmark(whole)
     document = result.document()
     shown = [fold["fitted"] for fold in document["folds"]]
     assert shown == sorted(shown)

@@ -13,7 +13,7 @@ from planted import healthy, recording, the_arm, write_campaign, write_csv
 
 from nnhydro.diagnosis.diagnose import diagnose
 from nnhydro.errors import NnhydroError
-from nnhydro.evaluation.benchmark import benchmark
+from nnhydro.evaluation.benchmark import BenchmarkOptions
 from nnhydro.fitting.config import TrainingConfig
 from nnhydro.fitting.identify import identify
 from nnhydro.fitting.network.train import train
@@ -104,7 +104,7 @@ HARDEST = ("nothing moves, nothing is read", "torques read nothing", "joint 2 lo
 def test_train_benchmark_and_diagnose_give_finite_numbers_or_one_line(name):
     made = HARD[name]()
     trained = answered(lambda: train(made, TINY))
-    compared = answered(lambda: benchmark(made, ["constant", "rigid"], 2).document())
+    compared = answered(lambda: BenchmarkOptions(["constant", "rigid"], 2).benchmark(made).document())
     assert [trained is None, compared is None] == [name in UNREAD, name in UNREAD or name == "one recording"]
     assert trained is None or finite(trained.fit)
     assert finite(compared)
@@ -182,7 +182,8 @@ def test_torch_in_single_precision_or_with_more_threads_changes_nothing():
 @pytest.mark.slow
 def test_who_works_changes_nothing(tmp_path):
     made = open_campaign(write_campaign(tmp_path / "c", runs=4))
-    alone, shared = (benchmark(made, ["constant", "rigid"], 2, workers=workers).document() for workers in (Workers(), Workers(2)))
+    options = BenchmarkOptions(["constant", "rigid"], 2)
+    alone, shared = (options.benchmark(made, workers=workers).document() for workers in (Workers(), Workers(2)))
     for name, model in alone["models"].items():
         assert model["error"] == pytest.approx(shared["models"][name]["error"], rel=1e-9)
         assert model["nrmse"] == pytest.approx(shared["models"][name]["nrmse"], rel=1e-9)

@@ -9,7 +9,7 @@ from campaigns import DEFAULT_LAWS, GIVEN, campaign, planted, recording, with_to
 from rigs import arm, mirrored_about_Y, run, states
 
 from nnhydro.errors import CampaignError
-from nnhydro.evaluation.benchmark import benchmark
+from nnhydro.evaluation.benchmark import BenchmarkOptions
 from nnhydro.evaluation.protocols.protocol import protocols
 from nnhydro.fitting.identify import identify
 from nnhydro.fitting.network.train import train
@@ -41,7 +41,7 @@ def towed(noise=0.1, count=8):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(set(protocols()) - {"leave-arm-out"}))
 def test_where_the_baseline_is_right_the_hybrid_keeps_to_it(name):
-    result = benchmark(towed(), ["constant", "hybrid"], 3, config=FAST, protocol=name)
+    result = BenchmarkOptions(["constant", "hybrid"], 3, config=FAST, protocol=name).benchmark(towed())
     for number in range(len(result.folds)):
         errors = result.fold_errors(number)
         assert errors["hybrid"] <= NEVER_WORSE * errors["constant"]
@@ -112,7 +112,7 @@ def test_a_baseline_that_saw_the_campaign_is_refused_in_a_benchmark(tmp_path):
     folder = save_model(identify(whole, "constant"), tmp_path / "seen")
     config = FAST.model_validate({**FAST.model_dump(), "baseline": str(folder)})
     with pytest.raises(CampaignError, match="hybrid: has seen"):
-        benchmark(whole, ["hybrid"], 2, config=config)
+        BenchmarkOptions(["hybrid"], 2, config=config).benchmark(whole)
 
 
 @pytest.mark.slow(seconds=25)
@@ -125,7 +125,7 @@ def test_on_the_demo_campaign_the_hybrid_is_never_worse_under_any_protocol():
     whole = Campaign.of(shipped.arm, [r.rows(slice(None, None, 9), "every ninth row") for r in every_third])
     config = DEFAULT_LAWS.model_copy(update={"hidden": (16,), "members": 2, "epochs": 6})
     for name in sorted(set(protocols()) - {"leave-arm-out"}):
-        result = benchmark(whole, ["constant", "hybrid"], 2, config=config, protocol=name)
+        result = BenchmarkOptions(["constant", "hybrid"], 2, config=config, protocol=name).benchmark(whole)
         for number in range(len(result.folds)):
             errors = result.fold_errors(number)
             assert errors["hybrid"] <= NEVER_WORSE * errors["constant"], (name, number, errors)

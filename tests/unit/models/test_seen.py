@@ -8,7 +8,7 @@ from campaigns import TINY, campaign, columns_of, planted, recording, steady_tab
 from rigs import arm
 
 from nnhydro.errors import CampaignError, ConfigError
-from nnhydro.evaluation.benchmark import benchmark
+from nnhydro.evaluation.benchmark import BenchmarkOptions
 from nnhydro.fitting.identify import identify
 from nnhydro.fitting.network.train import train
 from nnhydro.models.seen import SEEN, marks_seen_by, seen_campaign, seen_names
@@ -101,7 +101,7 @@ def fitted(tmp_path_factory):
 def test_a_renamed_arm_and_one_recording_more_do_not_make_recordings_new(fitted):
     """The old guard compared one sha256 of the whole campaign: this campaign passed as new."""
     other = A.model_copy(update={"name": "another name"})
-    result = benchmark(Campaign.of(other, runs([1, 2, 3, 4, 5], "x")), ["constant", str(fitted)], 3)
+    result = BenchmarkOptions(["constant", str(fitted)], 3).benchmark(Campaign.of(other, runs([1, 2, 3, 4, 5], "x")))
     assert set(result.standings["first"].misfit) == set(result.standings["constant"].misfit) == {"x4", "x5"}
     assert result.document()["seen_before"] == {"first": ["x1", "x2", "x3"]}
     assert "3 recordings not compared, because first had been fitted to them: x1, x2, x3." in result.verdict()
@@ -109,19 +109,19 @@ def test_a_renamed_arm_and_one_recording_more_do_not_make_recordings_new(fitted)
 
 def test_a_campaign_that_the_model_has_seen_whole_is_refused(fitted):
     with pytest.raises(CampaignError, match=r"first: has seen 3 of the 3 recordings here in its own fit"):
-        benchmark(Campaign.of(A, runs([3, 2, 1], "y")), [str(fitted)], 3)
+        BenchmarkOptions([str(fitted)], 3).benchmark(Campaign.of(A, runs([3, 2, 1], "y")))
 
 
 def test_a_model_that_does_not_say_what_it_has_seen_is_refused(tmp_path):
     silent = replace(identify(Campaign.of(A, runs([1, 2])), "constant"), fit={})
     folder = save_model(silent, tmp_path / "silent")
     with pytest.raises(ConfigError, match="does not say which recordings it has seen"):
-        benchmark(Campaign.of(A, runs([4, 5, 6])), [str(folder)], 3)
+        BenchmarkOptions([str(folder)], 3).benchmark(Campaign.of(A, runs([4, 5, 6])))
     assert SEEN not in load_model(folder).fit
 
 
 def test_new_recordings_are_compared_as_ever(fitted):
-    result = benchmark(Campaign.of(A, runs([7, 8, 9])), [str(fitted)], 3)
+    result = BenchmarkOptions([str(fitted)], 3).benchmark(Campaign.of(A, runs([7, 8, 9])))
     assert len(result.standings["first"].misfit) == 3
     assert "not compared" not in result.verdict()
 
@@ -133,21 +133,21 @@ def nonsense(count=4):
 
 
 def test_where_nobody_explains_the_torques_the_verdict_says_so_and_sends_to_the_diagnosis():
-    result = benchmark(nonsense(), ["constant", "textbook"], 2)
+    result = BenchmarkOptions(["constant", "textbook"], 2).benchmark(nonsense())
     assert result.verdict().startswith("No model explains these torques")
     assert "times better" not in result.verdict()
     assert result.following("c") == "nnhydro diagnose c --out diagnosis   (what is missing?)"
 
 
 def test_where_the_physics_wins_the_next_command_makes_that_model():
-    result = benchmark(campaign(A, planted(A), 4, noise=0.01, seconds=2.0, rate=50.0), ["constant", "textbook"], 2)
+    result = BenchmarkOptions(["constant", "textbook"], 2).benchmark(campaign(A, planted(A), 4, noise=0.01, seconds=2.0, rate=50.0))
     assert "times better than textbook" in result.verdict()
     assert result.following("c").startswith("nnhydro identify c --model constant --out my_model")
 
 
 def test_two_models_that_are_alike_are_not_told_as_better():
     whole = campaign(A, planted(A), 4, noise=0.2, seconds=2.0, rate=50.0)
-    result = benchmark(whole, ["constant", "rigid"], 2)
+    result = BenchmarkOptions(["constant", "rigid"], 2).benchmark(whole)
     result.standings["rigid"] = replace_standing(result.standings["constant"], "rigid")
     assert "not clearly better than" in result.verdict()
 

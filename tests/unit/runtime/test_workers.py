@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 
 from nnhydro.cli.main import build
 from nnhydro.errors import ConfigError, MissingExtraError, RecordingError
-from nnhydro.evaluation.benchmark import benchmark
+from nnhydro.evaluation.benchmark import BenchmarkOptions
 from nnhydro.recordings.campaign import open_campaign
 from nnhydro.recordings.splitting import units
 from nnhydro.recordings.survey import survey
@@ -57,7 +57,7 @@ def without_times(document):
 
 @cache
 def compared(folder, workers):
-    result = benchmark(open_campaign(folder), MODELS, 3, workers=workers)
+    result = BenchmarkOptions(MODELS, 3).benchmark(open_campaign(folder), workers=workers)
     return without_times(result.document())
 
 
@@ -184,7 +184,7 @@ def test_a_benchmark_whose_worker_is_killed_gives_the_same_numbers(cluster, few)
         if len(told) == 2:
             kill_one(cluster)
 
-    result = benchmark(open_campaign(few), MODELS, 3, report=report, workers=there)
+    result = BenchmarkOptions(MODELS, 3).benchmark(open_campaign(few), report, workers=there)
     assert without_times(result.document()) == compared(few, Workers())
     assert len(told) == 9
 

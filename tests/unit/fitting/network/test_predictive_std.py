@@ -8,7 +8,7 @@ import torch
 from campaigns import DEFAULT_LAWS, GIVEN, campaign, planted, recording, with_torque
 from rigs import arm, states
 
-from nnhydro.evaluation.benchmark import benchmark
+from nnhydro.evaluation.benchmark import BenchmarkOptions
 from nnhydro.evaluation.interval_coverage import Coverage, coverage_document
 from nnhydro.evaluation.model_errors import coverage_of
 from nnhydro.fitting.network.predictive_std import _factor, _variance_terms
@@ -69,7 +69,7 @@ def test_the_spread_is_the_sum_of_its_parts():
 @KINDS
 def test_held_out_torques_lie_within_the_intervals_as_often_as_said(kind):
     whole = noisy()
-    result = benchmark(whole, [kind], 3, config=FAST)
+    result = BenchmarkOptions([kind], 3, config=FAST).benchmark(whole)
     shares = result.document()["models"][kind]["coverage"]["shares"]
     assert 0.40 < shares["50"] < 0.75
     assert 0.70 < shares["80"] < 0.95
@@ -98,7 +98,7 @@ def view(model, motion):
 def test_intervals_of_a_withheld_speed_range_still_cover():
     a = arm(2)
     made = [recording(a, planted(a), f"run{i}", seed=i + 1, seconds=4.0, rate=25.0, speed=0.1 * i, noise=0.05) for i in range(9)]
-    result = benchmark(Campaign.of(a, made), ["hybrid"], config=FAST, protocol="leave-speed-range-out")
+    result = BenchmarkOptions(["hybrid"], config=FAST, protocol="leave-speed-range-out").benchmark(Campaign.of(a, made))
     assert result.document()["models"]["hybrid"]["coverage"]["shares"]["95"] > 0.85
 
 
