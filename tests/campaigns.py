@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import torch
 import yaml
+from rigs import arm, scaled
 
 from nnhydro.fitting.config import TrainingConfig
 from nnhydro.models.strip_theory import StripTheory
@@ -79,6 +80,17 @@ def campaign(a, loads, count=4, noise=0.0, seconds=4.0, rate=100.0, **keys):
     """`count` recordings, every other one under tow."""
     return Campaign.of(a, [recording(a, loads, f"run{i}", seed=i + 1, noise=noise, seconds=seconds, rate=rate,
                                      speed=0.4 * (i % 2), **keys) for i in range(count)])
+
+
+def unlike_arms():
+    """Campaigns of three arms of other lengths in the same water, with the same coefficients."""
+    return tuple(_with_name(campaign(a, planted(a), 3, seconds=2.0, rate=50.0), f"arm{k}")
+                 for k, a in enumerate(scaled(arm(2), factor) for factor in (0.8, 1.0, 1.3)))
+
+
+def _with_name(whole, name):
+    whole.arm = whole.arm.model_copy(update={"name": name})
+    return whole
 
 
 def steady_table(a, loads, rows=40, seed=1, name="tows"):

@@ -9,14 +9,9 @@ import subprocess
 import sys
 
 import pytest
-from planted import healthy, write_campaign, write_csv
+from planted import write_campaign
 
 from nnhydro.cli.main import run
-from nnhydro.errors import RecordingError
-from nnhydro.recordings.arm import read_arm
-from nnhydro.recordings.campaign import open_campaign
-from nnhydro.recordings.readers import files as readers
-from nnhydro.recordings.readers.files import read_recording
 from nnhydro.runtime.stamp import STAMP
 
 
@@ -98,33 +93,6 @@ def test_whoever_stops_reading_does_not_stop_the_work(line, code, tmp_path, quic
     assert "Traceback" not in done.stderr
     assert "Exception ignored" not in done.stderr
     assert ("--out" not in line) or (tmp_path / "model" / "model.json").is_file(), "the results are written whether or not anybody reads"
-
-
-def changing(monkeypatch, change):
-    """Let `change` happen between the reading of a file and the reckoning of its sha256."""
-    real = readers.sha256_of
-    monkeypatch.setattr(readers, "sha256_of", lambda path: (change(path), real(path))[1])
-
-
-@pytest.mark.parametrize("change", [lambda path: path.write_bytes(path.read_bytes() + b"9,0,0,0,0,0,0\n"), lambda path: path.unlink(),
-                                    lambda path: (path.rename(path.with_suffix(".old")), write_csv(path, healthy(9, 300)))],
-                         ids=["grows", "vanishes", "is replaced"])
-def test_a_recording_that_changes_while_it_is_read_is_refused(change, tmp_path, monkeypatch):
-    root = write_campaign(tmp_path / "c")
-    changing(monkeypatch, change)
-    with pytest.raises(RecordingError, match=r"run1\.csv: (changed while it was read|cannot be read|.*does not exist)"):
-        read_recording(root / "recordings" / "run1.csv", read_arm(root / "arm.yaml"))
-
-
-def test_a_recording_that_changes_between_two_readings_is_refused(tmp_path):
-    campaign = open_campaign(write_campaign(tmp_path / "c"))
-    campaign.load("run1")
-    campaign._cache.clear()  # as happens in a campaign larger than the memory, and in every worker
-    campaign.load("run1")
-    campaign._cache.clear()
-    write_csv(tmp_path / "c" / "recordings" / "run1.csv", healthy(7, 300))
-    with pytest.raises(RecordingError, match=r"run1\.csv: changed since this run first read it"):
-        campaign.load("run1")
 
 
 @pytest.mark.slow

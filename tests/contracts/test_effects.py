@@ -7,15 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
-from hypotheses import PLUGIN
 from rigs import arm, assert_close, at_rest, hub_at_rest, mirrored_about_X, run, states
 
 from nnhydro.effects.catalogue import candidates, catalogue, instrument_of
-from nnhydro.effects.effect import InstrumentEffect, LoadEffect, Signature, effect, parameter
-from nnhydro.effects.plugin import load_plugin
+from nnhydro.effects.effect import InstrumentEffect, LoadEffect
 from nnhydro.effects.quantity import intervals
 from nnhydro.effects.sensor_view import SensorView
-from nnhydro.errors import ConfigError, ModelError
+from nnhydro.errors import ModelError
 from nnhydro.models.baselines import baseline
 from nnhydro.models.storage import load_model, save_model
 from nnhydro.models.strip_theory import StripTheory
@@ -240,61 +238,6 @@ def test_an_instrument_effect_of_a_steady_table_is_finite(id_):
     a = arm(2)
     for hypothesis in found(id_, a)[:4]:
         assert valued(hypothesis, 0.01).apply(view(a, states(2))).isfinite().all()
-
-
-@pytest.mark.usefixtures("catalogue_as_it_was")
-def test_a_file_adds_a_hypothesis(tmp_path):
-    path = tmp_path / "mine.py"
-    path.write_text(PLUGIN)
-    assert load_plugin(path) == ("squeak",)
-    assert load_plugin(path) == ("squeak",)
-    hypothesis = candidates(catalogue()["squeak"], arm(2))[1]
-    assert term_of(hypothesis.document()) == hypothesis
-    assert "0.1 N m s^3/rad^3" in hypothesis.statement()
-
-
-@pytest.mark.usefixtures("catalogue_as_it_was")
-@pytest.mark.parametrize(("text", "message"), [
-    ("", "declares no effect"), ("1 +", "SyntaxError"), ("import no_such_library", "ModuleNotFoundError"),
-    (PLUGIN.replace('source = "heard"', ""), "source is missing"), (PLUGIN.replace('"odd"', '"strange"'), "parity 'strange'"),
-    (PLUGIN.replace('"squeak"', '"coulomb_friction"'), "is taken"), (PLUGIN.replace('"dry_friction"', '"noise"'), "family 'noise'"),
-    (PLUGIN.replace("0.1, (0.0, 9.0)", "-1.0, (0.0, 9.0)"), "outside the bounds"), (PLUGIN.replace('"strength"', '""'), "no meaning"),
-])
-def test_a_file_that_cannot_be_used_is_refused_with_one_line(tmp_path, text, message):
-    path = tmp_path / "bad.py"
-    path.write_text(text)
-    with pytest.raises(ConfigError, match=message):
-        load_plugin(path)
-
-
-def test_a_file_that_is_not_there_is_refused(tmp_path):
-    with pytest.raises(ConfigError, match="is not a file"):
-        load_plugin(tmp_path / "none.py")
-
-
-@pytest.mark.usefixtures("catalogue_as_it_was")
-def test_a_shape_without_a_grid_is_refused():
-    with pytest.raises(ModelError, match="not linear and has no grid"):
-        effect(_shape_without_grid())
-
-
-def _shape_without_grid():
-    from dataclasses import dataclass
-
-    @dataclass(frozen=True)
-    class Odd(LoadEffect):
-        id = "odd_one"
-        family = "viscous"
-        name = mechanism = equation = source = "x"
-        signature = Signature(("qd",), "odd", "everywhere", "anything", ("viscous_friction",))
-        acts = "arm"
-        a: tuple = parameter("1", 0.0, (0.0, 1.0), "x", per="arm")
-        b: tuple = parameter("1", 0.0, (0.0, 1.0), "x", per="arm", linear=False)
-
-        def columns(self, flow):
-            return flow.motion.qd[..., None]
-
-    return Odd
 
 
 def test_the_rigs_of_these_tests_are_what_they_say():

@@ -13,7 +13,6 @@ from rigs import arm, assert_close, at_rest, hub_at_rest, run, states, torque, w
 
 from nnhydro.errors import ModelError
 from nnhydro.physics.flow import Flow
-from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.load_term import PER, LinearTerm, term_kinds, term_of
 from nnhydro.physics.motion import Motion, Water, tensor
 
@@ -189,32 +188,6 @@ def test_a_dissipative_load_with_a_memory_takes_energy_over_a_run_from_rest(kind
 def test_some_loads_are_of_the_water_and_some_dissipate():
     assert sum(map(of_the_water, TERMS)) >= 4
     assert sum(map(dissipative, TERMS)) >= 6
-
-
-def test_a_sum_of_terms_says_which_carries_how_much_and_is_stored_whole():
-    a = arm(2)
-    flow = Flow(a, run(2))
-    loads = Loads({})
-    assert not loads.torque(flow).any()
-    for kind, cls in TERMS.items():
-        loads = loads.plus(kind, cls.at_start(a))
-    assert_close(sum(loads.by_term(flow).values()), loads.torque(flow))
-    assert Loads.parse(loads.document()) == loads
-    with pytest.raises(ModelError, match="give this one another name"):
-        loads.plus(next(iter(TERMS)), loads.terms[next(iter(TERMS))])
-
-
-def test_an_unknown_kind_is_refused_with_the_known_ones():
-    with pytest.raises(ModelError, match="unknown load term 'no_such_term'"):
-        term_of({"kind": "no_such_term"})
-
-
-def test_parameters_that_are_no_numbers_are_refused():
-    kind, cls = next((kind, cls) for kind, cls in TERMS.items() if cls.parameters())
-    document = cls.at_start(arm(2)).document()
-    name = cls.parameters()[0].name
-    with pytest.raises(ModelError, match="not a list of numbers"):
-        term_of({**document, "kind": kind, "parameters": {**document["parameters"], name: ["much", "more"]}})
 
 
 def test_the_rigs_of_these_tests_move_and_start_from_rest():

@@ -1,5 +1,7 @@
 """Coefficient curves and laws: golden curve, tables where they are read, limits, and how laws compose."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 import torch
@@ -180,3 +182,19 @@ def test_laws_act_in_the_terms_and_survive_storage():
         assert float(whole.abs().max()) > 0.01
     with pytest.raises(ModelError, match="coefficient law"):
         StateDrag.at_start(a, laws=("no_such",))
+
+
+@pytest.mark.parametrize(("law", "points"), [
+    (reynolds.drag_coefficient, ((1e2, 1.4), (2e2, 1.27), (9e2, 0.96), (2.3e3, 0.89), (5e3, 0.94), (1.5e4, 1.14), (1e5, 1.17))),
+    (lambda Re: reynolds.drag_coefficient(Re, True), ((1.5e4, 1.14), (5e4, 0.8), (6e4, 0.8), (2e5, 1.02), (8e5, 1.08))),
+    (aspect_ratio.drag_coefficient, ((1.0, 0.61), (2.0, 0.69), (5.0, 0.74), (10.0, 0.82), (20.0, 0.93))),
+    (aspect_ratio.added_mass_coefficient, ((1.2, 0.62), (2.5, 0.78), (5.0, 0.90), (9.0, 0.96))),
+], ids=["Re smooth", "Re rough", "L/D drag", "L/D mass"])
+def test_between_two_published_points_a_law_follows_the_logarithm_and_beyond_the_first_it_stays(law, points):
+    for (a, u), (b, v) in pairwise(points):
+        if (a, b) != (2.0, 5.0):  # a point lies between them
+            assert float(law(tensor([np.sqrt(a * b)]))[0]) == pytest.approx((u + v) / 2, abs=1e-6)
+    (a, u), (b, v) = points[0], points[1]
+    assert float(interpolate_log(tensor([np.sqrt(a * b)]), (a, b), (u, v))[0]) == pytest.approx((u + v) / 2)
+    assert float(interpolate_log(tensor([a / 7]), (a, b), (u, v))[0]) == u
+    assert float(interpolate_log(tensor([b * 7]), (a, b), (u, v))[0]) == v

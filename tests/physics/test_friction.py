@@ -108,3 +108,11 @@ def test_files_of_earlier_versions_are_read_by_their_names():
     assert term_of(viscous) == ViscousTerm((0.3, 0.5)) == loads["viscous_friction"]
     inertia = {"kind": "drive_inertia", "parameters": {"inertia": [0.1, 0.1]}}
     assert term_of(inertia) == RotorTerm((0.1, 0.1)) == loads["drive_inertia"]
+
+
+def test_the_bearing_turns_from_its_constant_to_its_growing_law_where_both_agree():
+    n = torch.tensor([0.0, 1.0, 60.0, 2000 / 30 - 1e-9, 2000 / 30 + 1e-9, 500.0], dtype=torch.float64)
+    told = bearing_torque(2.0, 30.0, 30.0, n).numpy()
+    low = 160e-10 * 2 * 30**3
+    np.testing.assert_allclose(told[:4], low)
+    np.testing.assert_allclose(told[4:], [1e-10 * 2 * 30**3 * (30 * x) ** (2 / 3) for x in (2000 / 30, 500.0)], rtol=1e-6)

@@ -108,3 +108,13 @@ def test_the_sum_over_rows_converges_at_the_order_of_a_linear_interpolation():
     errors = [abs(at(rows) - exact) for rows in (51, 101, 201, 401)]
     orders = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
     assert (orders > 1.4).all()
+
+
+def test_the_history_force_of_a_towed_link_acts_in_its_middle_and_grows_as_the_root_of_time():
+    a, t = arm(1), np.linspace(0, 2, 81)
+    still = np.zeros((81, 1))
+    motion = Motion(tensor(t), tensor(still), tensor(still), tensor(still), tensor(0.7 * t), tensor(np.full(81, 0.7)))
+    force, moment = HistoryForce.at_start(a).loads(Flow(a, motion))
+    per_metre = 2 * 1000.0 * 0.07 * np.sqrt(np.pi * a.fluid.kinematic_viscosity_m2_s) * 0.7 * 2 * np.sqrt(t)
+    np.testing.assert_allclose(force[:, 0], per_metre * 0.55, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(moment, force * 0.55 / 2, rtol=1e-12)

@@ -98,10 +98,3 @@ def test_a_piece_of_water_accelerated_with_the_water_needs_no_drive(links):
     along = replace(resting, current=Water(torch.stack([2 * v, -v], 1), torch.stack([2 * slope, -slope], 1)))
     assert float(torque(RigidBody.of_arm(a), a, along).abs().max()) > 0.1
     assert float(torque(everything(a), a, along).abs().max()) < 1e-11
-
-
-def test_some_rows_of_a_motion_keep_what_base_and_water_did():
-    motion = on_base(run(2), yaw=0.5, x=0.3)
-    motion = replace(motion, current=Water(torch.stack([motion.t, -motion.t], 1), torch.ones(len(motion), 2, dtype=torch.float64)))
-    a, some = arm(2), slice(10, 30)
-    assert_close(torque(everything(a), a, motion.rows(some)), torque(everything(a), a, motion)[some])

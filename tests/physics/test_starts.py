@@ -68,17 +68,6 @@ def test_the_curve_is_the_cubic_spline_without_bend_at_rest_and_without_slope_at
     assert at_knots.tolist() == pytest.approx([-2.0, 1, 2, 3, 4, 5, 6])
 
 
-@pytest.mark.parametrize("term", [StateDrag, StateAddedMass])
-def test_on_two_links_each_has_the_curve_of_its_own_ordinates(term):
-    names = [f.name for f in term.parameters() if f.metadata["linear"]]
-    one, two = (dict.fromkeys(names, value) for value in ((0.3,), (0.9,)))
-    both = {name: (*one[name], *two[name]) for name in names}
-    at, tau_s = tensor([2.0, 5.0, 30.0]), (8.0,)
-    for link, alone in enumerate((one, two)):
-        torch.testing.assert_close(term(**both, tau_s=tau_s).curve(at, link), term(**alone, tau_s=tau_s).curve(at))
-        torch.testing.assert_close(term(**alone, tau_s=tau_s).curve(at, link), term(**alone, tau_s=tau_s).curve(at)), "one for all links"
-
-
 def test_sums_start_from_the_travel_of_their_terms():
     for loads, term in ((state_loads(arm(2)), StateDrag), (bspline_loads(arm(2)), BsplineDrag)):
         own = [t.tau_s for t in loads.terms.values() if hasattr(t, "tau_s")]

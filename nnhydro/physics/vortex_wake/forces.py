@@ -6,7 +6,8 @@
 
 A growing vortex is fed by a sheet from the body. Behind the sheet the total head is lower by rho dGamma/dt; (18) does not contain
 that pressure step. `feeding_force` is the missing part, so that (18) + feeding force = - d(impulse)/dt for vortices born at the
-surface. The surface-pressure integral with the step at the foot of the sheet gives the same (tests/physics/test_vortex_wake.py).
+surface. The surface-pressure integral with the step at the foot of the sheet gives the same
+(tests/unit/physics/vortex_wake/test_forces.py).
 Source: McLain & Rock 1998, eqs. 18, 23-27; the feeding force is ours.
 """
 

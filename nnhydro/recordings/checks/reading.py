@@ -144,7 +144,7 @@ def _without_wild(r: Recording, arm: Arm) -> tuple[Recording, dict[str, list[tup
         columns = values.reshape(len(values), -1)
         for joint in range(columns.shape[1]):
             at = wild_rows(columns[:, joint])
-            if key == "q":
+            if key == "q" and len(at):
                 at = at[np.abs(columns[at, joint] - np.nanmedian(columns[:, joint])) > WIDE]
             if not len(at):
                 continue

@@ -22,6 +22,6 @@ class SameColumn(RecordingCheck):
             values = getattr(reading.recording, channel)
             for joint in range(0 if values is None else values.shape[1] - 1):
                 one, two = values[:, joint], values[:, joint + 1]
-                if np.array_equal(one, two, equal_nan=True) and np.nanmax(one) > np.nanmin(one):
+                if np.array_equal(one, two, equal_nan=True) and np.isfinite(one).any() and np.nanmax(one) > np.nanmin(one):
                     names = [reading.arm.column(channel, number) for number in (joint + 1, joint + 2)]
                     yield Oddity(reading.name, "warning", ", ".join(names), "hold the same numbers", self.remedy)

@@ -8,9 +8,6 @@ import pytest
 
 from nnhydro.blind_tests.conceal import _csv
 from nnhydro.blind_tests.oracle import true_torque
-from nnhydro.blind_tests.reveal import _errors
-from nnhydro.blind_tests.scoring import Verdict
-from nnhydro.blind_tests.summary import summary
 from nnhydro.blind_tests.truth.campaign import Wish, _expected_torque, draw_campaign
 from nnhydro.blind_tests.truth.registry import makers
 from nnhydro.blind_tests.truth.sensors import FINE
@@ -87,31 +84,3 @@ def test_angles_of_a_compliant_drive_are_not_held_against_the_truth():
     assert any(not np.array_equal(links["q1_rad"], drawn.files[file]["q1_rad"]) or
                not np.array_equal(links.get("q2_rad"), drawn.files[file].get("q2_rad")) for file, links in seen.items())
     assert error(drawn) < error(drawn, lambda unseen: drawn.files[f"unseen/{unseen.run.name}.csv"])
-
-
-VERDICT = Verdict("campaign_000", "effect", "strong", truth=("x",), other_shape=False, named=("x",), detected=True, right=True, exact=True,
-                  family=True, joint=True, false_claims=0, class_sizes=(1,), claims=((1.0, True),), pairs=(("x", "x"),), alarm=True)
-
-
-def test_an_answer_of_before_has_no_truth_and_one_without_motions_no_errors(tmp_path):
-    (tmp_path / "torques").mkdir()
-    assert _errors(VERDICT, {"unseen": {}}, tmp_path, tmp_path) == VERDICT
-    told = _errors(VERDICT, {"unseen": {"motion_01": {"t_s": [0.0], "tau_Nm": [[1.0]]}}}, tmp_path, tmp_path)
-    assert told.error_true is None
-    assert "not scored" in told.notes[0]
-    motions = {"motion_01": {"tau_Nm": [[1.0]], "true_model_Nm": [[1.1]]}, "motion_02": {"tau_Nm": [[1.0]], "true_model_Nm": [[0.7]]}}
-    assert _errors(VERDICT, {"unseen": motions}, tmp_path, tmp_path).error_true == pytest.approx(0.2), "which needs no model"
-
-
-def test_the_share_is_of_what_the_truth_would_mend():
-    of_two = [replace(VERDICT, error_before=0.10, error_after=0.04, error_true=0.02), replace(VERDICT, error_before=0.2, error_after=0.1)]
-    worse = replace(VERDICT, error_before=0.02, error_after=0.03, error_true=0.04)
-    unseen = summary([*of_two, worse], [])["unseen"]
-    assert unseen["share_of_error"] == pytest.approx(0.5)
-    truth = unseen["of_the_truth"]
-    assert (truth["campaigns"], truth["better_than_baseline"]) == (2, 1)
-    assert truth["share"] == pytest.approx(0.75)
-    assert truth["pooled"] == pytest.approx((0.06 - 0.01) / (0.08 - 0.02))
-    assert (truth["median_true"], truth["median_after"]) == (pytest.approx(0.03), pytest.approx(0.035))
-    hopeless = summary([worse], [])["unseen"]["of_the_truth"]
-    assert (hopeless["share"], hopeless["pooled"]) == (None, None)

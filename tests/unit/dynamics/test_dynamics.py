@@ -14,12 +14,8 @@ import nnhydro
 from nnhydro.deployment.step import MemoryStep, inputs_along
 from nnhydro.dynamics.hub import hub_wrench
 from nnhydro.dynamics.joint_model import joint_model
-from nnhydro.effects.hypotheses.ambient_current import AmbientCurrent
 from nnhydro.effects.hypotheses.coulomb_friction import CoulombFriction
 from nnhydro.effects.hypotheses.flow_memory import FlowMemory
-from nnhydro.effects.hypotheses.load_friction import LoadFriction
-from nnhydro.effects.hypotheses.torque_bias import TorqueBias
-from nnhydro.effects.hypotheses.vortex_shedding import VortexShedding
 from nnhydro.effects.hypotheses.wake_development import WakeDevelopment
 from nnhydro.effects.hypotheses.wake_reentry import WakeReentry
 from nnhydro.errors import ModelError
@@ -271,17 +267,6 @@ def test_jacobians_are_the_slopes_of_the_torque(hybrid):
             np.testing.assert_allclose(slope, (taus[0] - taus[1]) / (2 * h), atol=1e-5)
 
 
-def test_numbers_come_back_as_they_were_given():
-    dynamics = nnhydro.Dynamics(theory(arm(2)))
-    assert dynamics.inverse_dynamics([0.1, 0.2], [0, 0], [0, 0]).shape == (2,)
-    assert dynamics.mass_matrix(np.zeros((4, 3, 2))).shape == (4, 3, 2, 2)
-    q = torch.zeros(5, 2, dtype=torch.float64, requires_grad=True)
-    tau = dynamics.inverse_dynamics(q, torch.ones(2), torch.ones(2))
-    assert isinstance(tau, torch.Tensor)
-    tau.sum().backward()
-    assert q.grad is not None
-
-
 @pytest.mark.slow
 def test_the_moment_on_the_base_is_the_torque_of_joint_1_but_for_friction_and_what_is_learned(hybrid):
     motion, mechanical = run(2), joint_model(hybrid)
@@ -310,31 +295,6 @@ def test_a_gradient_at_rest_is_the_mean_of_the_slopes_on_both_sides(name, reques
         shifted = [[sign * shift if k == place else still for k in range(3)] for sign in (1, -1)]
         high, low = (dynamics.inverse_dynamics(*columns).sum(dim=1) for columns in shifted)
         torch.testing.assert_close(x.grad[0], (high - low) / (2 * h), rtol=1e-4, atol=1e-5)
-
-
-def test_sensors_are_no_mechanics_but_currents_and_load_friction_are():
-    a = arm(2)
-    instruments = (TorqueBias(joint=1, offset=(0.5,)), AmbientCurrent((0.2,), (0.1,)), LoadFriction(joint=2, coefficient=(0.1,)))
-    loads = planted(a).plus("hum", VortexShedding((0.2,) * 2, (0.1,) * 2, (0.2,), (0.0,)))
-    dynamics = nnhydro.Dynamics(theory(a, loads, instruments))
-    assert [line.split(":")[0] for line in dynamics.left_out] == ["hum", "torque_bias"]
-    plain = nnhydro.Dynamics(theory(a, planted(a), instruments[1:]))
-    s = states(2, 10)
-    q, qd, qdd = (x.numpy() for x in (s.q, s.qd, s.qdd))
-    tau = dynamics.inverse_dynamics(q, qd, qdd)
-    np.testing.assert_allclose(tau, plain.inverse_dynamics(q, qd, qdd), atol=1e-12)
-    np.testing.assert_allclose(dynamics.forward_dynamics(q, qd, tau), qdd, atol=1e-9)
-
-
-def test_gears_and_belts_are_taken_off():
-    a = arm(2, drive={"kind": "remote", "pulley_ratio": 1.5}, gear={"ratio": 20.0, "efficiency": 0.8, "torque_at": "motor"})
-    plain = arm(2)
-    s = states(2, 10)
-    q, qd, qdd = (x.numpy() for x in (s.q, s.qd, s.qdd))
-    instruments = (LoadFriction(joint=2, coefficient=(0.0,)),)
-    for given in ((), instruments):
-        np.testing.assert_allclose(nnhydro.Dynamics(theory(a, planted(a), given)).inverse_dynamics(q, qd, qdd),
-                                   nnhydro.Dynamics(theory(plain)).inverse_dynamics(q, qd, qdd), atol=1e-10)
 
 
 @pytest.mark.slow

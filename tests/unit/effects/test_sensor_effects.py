@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import torch
-from hypotheses import made, of_time, steady, view
+from hypotheses import made, of_time, view
 from rigs import arm, assert_close, run
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
@@ -16,7 +16,7 @@ from nnhydro.effects.catalogue import candidates
 from nnhydro.effects.effect import REGISTER, with_effects
 from nnhydro.effects.hypotheses.backlash import Backlash
 from nnhydro.effects.hypotheses.sensor_timing import first_order_lag, time_delay
-from nnhydro.effects.sensor_view import SensorView, time_derivative
+from nnhydro.effects.sensor_view import SensorView
 from nnhydro.models.baselines import baseline
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Base, Motion, tensor
@@ -206,35 +206,6 @@ def test_crosstalk_gain_and_drift_in_closed_form():
     assert_close(drift.apply(replace(seen, place=None)), tau)
 
 
-def test_effects_of_the_sensor_come_after_those_of_the_angle_whatever_the_order_given():
-    a, motion = arm(2), run(2)
-    offset, gain, bias = (made("encoder_offset", a, 1, offset=(0.1,)), made("torque_gain", a, 1, error=(0.2,)),
-                          made("torque_bias", a, 1, offset=(0.3,)))
-    seen = view(a, motion)
-    tau = with_effects(seen, (bias, gain, offset)).tau
-    assert_close(tau[:, 0], 1.2 * offset.apply(seen)[:, 0] + 0.3)
-    assert_close(with_effects(seen, ()).tau, seen.tau)
-
-
-def test_a_secant_times_its_values_is_exactly_what_a_large_instrument_effect_changes():
-    a = arm(2)
-    model = baseline("constant").start(a)
-    seen = SensorView.of(model, Flow(a, run(2, 200)))
-    water = REGISTER["ambient_current"].at_start(a).linear_names()
-    for effect in (made("sensor_timing", a, lag=(0.03,), low_pass=(0.5,)), made("joint_elasticity", a, joint=1, compliance=(2e-3,)),
-                   REGISTER["ambient_current"].at_start(a).with_linear(torch.full((len(water),), 0.2, dtype=torch.float64))):
-        assert_close(effect.secant(seen) @ effect.linear_values(), effect.apply(seen) - seen.tau)
-    nothing = made("sensor_timing", a, lag=(0.0,), low_pass=(0.0,))
-    assert_close(nothing.secant(seen), nothing.columns(seen))
-
-
-def test_rows_that_stand_still_know_no_time():
-    seen = view(arm(2), steady(np.random.default_rng(4).uniform(-1, 1, (30, 2)), 0.0, 0.0, 0.7))
-    late = made("sensor_timing", arm(2), lag=(0.5,), low_pass=(0.5,))
-    assert torch.equal(late.apply(seen), seen.tau)
-    assert not late.columns(seen).any()
-
-
 def test_a_lag_may_be_all_delay_or_all_low_pass():
     assert {effect.low_pass[0] for effect in candidates(REGISTER["sensor_timing"], arm(2), (5.0, 2.0))} == {0.0, 1.0}
 
@@ -284,14 +255,6 @@ def test_what_cannot_be_is_not_looked_for_and_what_can_be_is(id_, name, value, m
         if named.startswith(name):
             assert (low <= value <= high) == may_be
     assert any(named.startswith(name) for named in effect.linear_names())
-
-
-@pytest.mark.parametrize("n", [4, 5, 50])
-def test_the_time_derivative_is_that_of_a_cubic_spline(n):
-    from scipy.interpolate import CubicSpline
-
-    t, x = np.linspace(1, 3, n), np.random.default_rng(0).standard_normal((n, 2))
-    assert np.allclose(time_derivative(tensor(t), tensor(x)).numpy(), CubicSpline(t, x)(t, 1), atol=1e-9)
 
 
 def test_the_search_for_a_backlash_begins_with_gaps_that_are_crossed_within_30_ms():

@@ -5,23 +5,19 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from campaigns import DEFAULT_LAWS, GIVEN, angles_only, campaign, planted, recording, steady_table, write_folder
-from rigs import arm, scaled
+from campaigns import DEFAULT_LAWS, GIVEN, angles_only, campaign, planted, recording, steady_table, unlike_arms, write_folder
+from rigs import arm
 
 from nnhydro.errors import CampaignError, ConfigError
 from nnhydro.evaluation.benchmark import BenchmarkOptions
-from nnhydro.evaluation.model_errors import misfit_of
 from nnhydro.evaluation.protocols.learning_curve import sizes
 from nnhydro.evaluation.protocols.leave_angle_sector_out import posture
 from nnhydro.evaluation.protocols.leave_speed_range_out import normal_speed
 from nnhydro.evaluation.protocols.protocol import DEFAULT, Fold, Material, Split, protocol_called, protocols
-from nnhydro.fitting.linear.several_arms import calibrated_on, on_arm
-from nnhydro.models.baselines import baseline
 from nnhydro.physics.flow import Flow
-from nnhydro.physics.loads.rigid_body import RigidBody
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.campaign import Campaign, open_campaigns
-from nnhydro.recordings.splitting import Unit, units
+from nnhydro.recordings.splitting import Unit
 
 ONE_ARM = sorted(set(protocols()) - {"leave-arm-out"})
 
@@ -36,17 +32,6 @@ def tank(count=8):
 
 def material(*campaigns, groups=None, fold_count=3):
     return Material(campaigns, (GIVEN,) * len(campaigns), tuple(groups or {} for _ in campaigns), fold_count, 0)
-
-
-def arms():
-    """Three arms of other lengths in the same water, with the same coefficients."""
-    return tuple(replace_root(campaign(a, planted(a), 3, seconds=2.0, rate=50.0), k)
-                 for k, a in enumerate(scaled(arm(2), factor) for factor in (0.8, 1.0, 1.3)))
-
-
-def replace_root(whole, number):
-    whole.arm = whole.arm.model_copy(update={"name": f"arm{number}"})
-    return whole
 
 
 @pytest.mark.parametrize("name", ONE_ARM)
@@ -142,29 +127,10 @@ def test_a_split_that_tears_a_group_is_refused():
         Split(both, (Fold("torn", (0,), (1,)),))
 
 
-def test_coefficients_fitted_on_some_arms_predict_another():
-    whole = arms()
-    split = protocols()["leave-arm-out"].split(material(*whole))
-    assert [fold.name for fold in split.folds] == ["arm0-1", "arm1-2", "arm2-3"]
-    for fold in split.folds:
-        model = calibrated_on(baseline("constant"), [split.units[i] for i in fold.fitted], whole[0].arm, GIVEN)
-        errors = [misfit_of(model, split.units[i]).error for i in fold.held_out]
-        assert max(errors) < 1e-6
-
-
-def test_a_model_on_another_arm_takes_its_masses():
-    small, large = arm(2), scaled(arm(2), 1.5)
-    model = calibrated_on(baseline("constant"), units(campaign(small, planted(small), 3, seconds=2.0, rate=50.0), GIVEN), small, GIVEN)
-    moved = on_arm(model, large)
-    assert moved.loads.terms["rigid_body"] == RigidBody.of_arm(large)
-    assert moved.loads.terms["normal_drag"] == model.loads.terms["normal_drag"]
-    with pytest.raises(CampaignError, match="equally many joints"):
-        on_arm(model, arm(3))
-
-
 @pytest.mark.slow
 def test_every_model_is_benchmarked_on_an_arm_that_it_never_saw():
-    result = BenchmarkOptions(["constant", "state", "network", "hybrid"], config=DEFAULT_LAWS, protocol="leave-arm-out").benchmark(arms())
+    options = BenchmarkOptions(["constant", "state", "network", "hybrid"], config=DEFAULT_LAWS, protocol="leave-arm-out")
+    result = options.benchmark(unlike_arms())
     document = result.document()
     assert document["protocol"] == "leave-arm-out"
     assert len(document["versions"]["campaign_sha256"]) == 3
@@ -173,7 +139,7 @@ def test_every_model_is_benchmarked_on_an_arm_that_it_never_saw():
 
 
 def test_a_folder_of_campaigns_is_read_as_several_arms(tmp_path):
-    for number, whole in enumerate(arms()):
+    for number, whole in enumerate(unlike_arms()):
         write_folder(whole, tmp_path / f"rig{number}")
     result = BenchmarkOptions(["constant"], protocol="leave-arm-out").benchmark(open_campaigns(tmp_path))
     assert [fold.name for fold in result.split.folds] == ["rig0", "rig1", "rig2"]

@@ -1,6 +1,5 @@
 """Wakes: drag that lags, wakes that grow, wakes that are met again, shedding."""
 
-
 import numpy as np
 import pytest
 import torch
@@ -12,7 +11,7 @@ from nnhydro.physics.load_term import term_of
 from nnhydro.physics.loads.normal_drag import NormalDrag
 from nnhydro.physics.motion import Motion, tensor
 from nnhydro.physics.strips import Strips
-from nnhydro.physics.travel.wake_memory import overtaking, relax
+from nnhydro.physics.travel.wake_memory import overtaking
 
 
 def test_drag_that_lags_follows_a_step_of_the_tow_exponentially():
@@ -123,12 +122,3 @@ def test_shedding_hums_at_twice_the_Strouhal_frequency():
     flow = Flow(a, Motion(tensor(t), still, still, still, torch.full((4001,), 0.35, dtype=torch.float64), still[:, 0]))
     hum = made("vortex_shedding", a, strouhal=(0.2,)).columns(flow)[:-1, 0, 0]
     assert np.fft.rfftfreq(4000, 10 / 4000)[int(torch.fft.rfft(hum).abs().argmax())] == pytest.approx(2 * 0.2 * 0.35 / 0.07)
-
-
-def test_a_memory_joined_by_doubling_is_the_step_by_step_recursion():
-    rng = np.random.default_rng(3)
-    target, rate = tensor(rng.standard_normal((77, 2, 3))), tensor(rng.uniform(0, 2, (77, 1, 1)))
-    said, m = relax(target, rate, target[0]), target[0].clone()
-    for k in range(1, 77):
-        m = target[k] + (m - target[k]) * torch.exp(-rate[k])
-        assert_close(said[k], m)

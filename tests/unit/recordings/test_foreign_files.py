@@ -7,9 +7,9 @@ from campaigns import campaign, planted, write_folder
 from rigs import arm
 
 from nnhydro.cli.main import run
-from nnhydro.errors import CampaignError, RecordingError
+from nnhydro.errors import RecordingError
 from nnhydro.models.prediction import predict
-from nnhydro.recordings.campaign import open_campaign, open_campaigns
+from nnhydro.recordings.campaign import open_campaign
 from nnhydro.recordings.readers.files import read_recording
 from nnhydro.recordings.readers.from_columns import spread_stamps
 from nnhydro.recordings.survey import survey
@@ -112,7 +112,6 @@ def test_a_clock_in_times_of_day_keeps_the_order_of_recordings(tmp_path):
 
 
 # time stamps in milliseconds at about 1 kHz
-
 def coarse(share=0.004, rows=1000):
     t = np.arange(rows) / 1000
     for k in np.linspace(3, rows - 5, round(share * rows)).astype(int):
@@ -148,40 +147,9 @@ def test_stamps_that_no_coarse_clock_explains_stay_as_they_are(t):
 
 
 # folders
-
 @pytest.fixture
 def folder(tmp_path):
     return write_folder(campaign(A, planted(A), 3, seconds=2.0, rate=50.0), tmp_path / "c")
-
-
-def test_arm_yml_is_arm_yaml(folder, tmp_path):
-    (folder / "arm.yaml").rename(folder / "arm.yml")
-    assert open_campaign(folder).arm == A
-    assert len(open_campaigns(tmp_path)) == 1
-    (folder / "arm.yaml").write_text(yaml.safe_dump(A.document()))
-    with pytest.raises(CampaignError, match=r"has both arm\.yaml and arm\.yml"):
-        open_campaign(folder)
-
-
-@pytest.mark.parametrize("name", ["Thumbs.db", "desktop.ini", "._run0.csv", ".DS_Store", "~$run0.csv", ".~lock.run0.csv#",
-                                  "__MACOSX/x.csv"])
-def test_files_of_the_system_are_passed_over(folder, name):
-    path = folder / "recordings" / name
-    path.parent.mkdir(exist_ok=True)
-    path.write_bytes(b"\0\1")
-    assert open_campaign(folder).names == ("run0", "run1", "run2")
-
-
-@pytest.mark.parametrize("command", ["check", "identify", "benchmark"])
-def test_all_broken_files_are_listed_at_once(folder, command, tmp_path, capsys):
-    (folder / "recordings" / "run0.csv").write_text("nonsense\n")
-    (folder / "recordings" / "run2.csv").write_text("t_s,q1_rad,tau1_Nm\n0,zero,1\n")
-    assert run([command, str(folder), *([] if command == "check" else ["--out", str(tmp_path / "o")])]) == 2
-    err = capsys.readouterr().err
-    assert err.count("\n") == 1
-    assert "run0.csv" in err
-    assert "run2.csv" in err
-    assert "1 more of 3 files" in err
 
 
 def test_all_broken_motions_are_listed_at_once(folder, tmp_path, capsys):

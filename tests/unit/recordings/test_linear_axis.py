@@ -10,7 +10,7 @@ from campaigns import GIVEN, TINY, write_csv
 from rigs import assert_close
 
 from nnhydro.cli.main import run
-from nnhydro.conventions import column, joint_text
+from nnhydro.conventions import column
 from nnhydro.errors import ArmError, RecordingError
 from nnhydro.fitting.identify import identify
 from nnhydro.fitting.network.train import train
@@ -92,15 +92,6 @@ def test_the_columns_of_a_linear_axis_end_in_metres_and_newtons():
     assert [column(c, 1, sliding=True) for c in ("q", "qd", "qdd", "tau", "tau_sim", "tau_std")] == [
         "q1_m", "dq1_m_s", "ddq1_m_s2", "tau1_N", "tau1_sim_N", "tau1_std_N"]
     assert column("u0", sliding=True) == "u0_m_s"
-
-
-@pytest.mark.parametrize(("turning", "straight"), [
-    ("N m s/rad", "N s/m"), ("N m/rad", "N/m"), ("N m", "N"), ("kg m^2", "kg"), ("rad/s^2", "m/s^2"), ("rad/s", "m/s"),
-    ("tau1_Nm", "tau1_N"),
-    ("dq1_rad_s", "dq1_m_s"), ("the torque of joint 1, 3 N m, at 0.5 rad/s", "the force of joint 1, 3 N, at 0.5 m/s"), ("m/s", "m/s")])
-def test_a_sentence_about_a_linear_axis_is_in_its_own_units(turning, straight):
-    assert joint_text(turning, sliding=True) == straight
-    assert joint_text(turning, sliding=False) == turning
 
 
 def loads_of(arm, mass=12.6, level=8.0, viscous=25.0):

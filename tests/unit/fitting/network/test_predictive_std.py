@@ -9,7 +9,6 @@ from campaigns import DEFAULT_LAWS, GIVEN, campaign, planted, recording, with_to
 from rigs import arm, states
 
 from nnhydro.evaluation.benchmark import BenchmarkOptions
-from nnhydro.evaluation.interval_coverage import Coverage, coverage_document
 from nnhydro.evaluation.model_errors import coverage_of
 from nnhydro.fitting.network.predictive_std import _factor, _variance_terms
 from nnhydro.fitting.network.train import train, train_units
@@ -29,16 +28,6 @@ def noisy(count=10, noise=0.05):
     a = arm(2)
     clean = campaign(a, planted(a), count, seconds=4.0, rate=25.0, noise=noise)
     return with_torque(clean, lambda name, tau: tau + 0.3 * np.tanh(4 * clean.load(name).qd))
-
-
-def test_the_shares_are_counted_as_the_gaussian_has_them():
-    r = np.array([[0.5], [1.0], [1.5], [3.0]])
-    covered = Coverage.of(r, np.zeros_like(r), np.ones_like(r))
-    assert covered.shares() == {"50": 0.25, "80": 0.5, "95": 0.75}
-    assert covered.width == pytest.approx(4 / 6)
-    twice = covered + covered
-    assert twice.shares() == covered.shares()
-    assert coverage_document(twice, covered)["wider_than_fitted"] == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize("truth", [(4.0, 0.0, 0.01), (0.0, 0.09, 0.0), (1.0, 0.04, 0.01)])

@@ -5,12 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from campaigns import GIVEN, angles_only, dry, multi_sine, planted, recording, sensor_torque, steady_table, write_csv
+from filtered_motions import noisy_run, run_at
 from rigs import arm
 
-from nnhydro.errors import ConfigError, RecordingError
+from nnhydro.errors import RecordingError
 from nnhydro.physics.motion import Motion
-from nnhydro.recordings.filtering.low_pass import LowPass, _extension
-from nnhydro.recordings.filtering.preprocessing import Preparation, derivatives, plan, prepare, resample, steady_segment
+from nnhydro.recordings.filtering.low_pass import LowPass
+from nnhydro.recordings.filtering.preprocessing import Preparation, plan, prepare, resample, steady_segment
 from nnhydro.recordings.readers.files import read_recording
 from nnhydro.recordings.recording import Recording
 
@@ -20,14 +21,6 @@ AT_15 = Preparation(LowPass(15.0))
 def relative(got, want, keep):
     """Largest deviation on the rows `keep`, relative to the largest value."""
     return float(np.abs(got - want)[keep].max() / np.abs(want[keep]).max())
-
-
-def run_at(t, seed=1, step=0.0):
-    """Angles alone at the times t, read by an encoder of that step."""
-    q, qd, qdd = multi_sine(t, 2, seed)
-    if step:
-        q = np.round(q / step) * step
-    return Recording("run", t, q, np.zeros_like(q)), qd, qdd
 
 
 @pytest.mark.parametrize(("rate", "rates_within", "accelerations_within"), [(100.0, 1e-3, 2e-3), (250.0, 1e-3, 2e-3)])
@@ -118,34 +111,6 @@ def test_time_that_does_not_advance_is_refused_with_its_row(shift, said):
         list(prepare(r, AT_15))
 
 
-@pytest.mark.parametrize("cutoff", [3.0, 10.0])
-def test_the_filter_delays_nothing(cutoff):
-    x = np.random.default_rng(1).standard_normal(2000)
-    y = LowPass(cutoff).apply(x, 0.01)
-    lags = np.arange(-20, 21)
-    correlation = [float((x[50:-50] * np.roll(y, -lag)[50:-50]).sum()) for lag in lags]
-    assert lags[int(np.argmax(correlation))] == 0
-    np.testing.assert_allclose(LowPass(cutoff).apply(x[::-1], 0.01)[200:-200], y[::-1][200:-200], atol=1e-6)
-
-
-def test_the_filter_halves_a_wave_at_its_cutoff_and_keeps_a_slow_one():
-    t = np.arange(0, 20, 0.005)
-    for f, gain in ((1.0, 1.0), (10.0, 0.5), (30.0, 0.0)):
-        y = LowPass(10.0).apply(np.sin(2 * np.pi * f * t), 0.005)[1000:-1000]
-        assert np.abs(y).max() == pytest.approx(gain, abs=0.02)
-
-
-def test_a_cutoff_beyond_the_sampling_passes_everything():
-    x = np.random.default_rng(1).standard_normal((30, 2))
-    assert np.array_equal(LowPass(50.0).apply(x, 0.01), x)
-
-
-@pytest.mark.parametrize("cutoff", [0.0, -1.0, float("nan"), float("inf")])
-def test_a_senseless_cutoff_is_refused(cutoff):
-    with pytest.raises(ConfigError, match="positive frequency"):
-        LowPass(cutoff)
-
-
 def test_torque_and_model_pass_the_same_filter_so_an_exact_model_leaves_nothing():
     a = arm(2)
     r = recording(a, planted(a), seconds=8.0, highest=2.5)
@@ -175,29 +140,6 @@ def test_where_every_derivative_is_given_nothing_is_filtered():
     assert segment.keep.all()
     for name in ("q", "qd", "qdd", "tau", "u0", "du0"):
         assert np.array_equal(getattr(segment, name), getattr(r, name)), name
-
-
-def noisy_run(noise, seed=1):
-    r, _, _ = run_at(np.arange(0, 10, 0.005), seed)
-    return replace(r, q=r.q + noise * np.random.default_rng(seed).standard_normal(r.q.shape))
-
-
-def test_the_chosen_cutoff_rises_as_the_noise_falls_and_never_exceeds_25_hz():
-    chosen = [plan(iter([noisy_run(noise)])).low_pass.cutoff_hz for noise in (1e-2, 1e-3, 1e-4, 1e-6)]
-    assert chosen == sorted(chosen)
-    assert chosen[0] < 0.7 * chosen[2]
-    assert 1.0 <= chosen[0] <= chosen[-1] <= 25.0
-
-
-def test_the_chosen_cutoff_is_near_the_best_one():
-    r, errors = noisy_run(1e-4), {}
-    _, _, qdd = run_at(np.arange(0, 10, 0.005))
-    chosen = plan(iter([r])).low_pass.cutoff_hz
-    for cutoff in (chosen, *np.geomspace(1, 25, 15)):
-        (segment,) = prepare(r, Preparation(LowPass(float(cutoff))))
-        errors[float(cutoff)] = float(((segment.filter(segment.qdd) - qdd)[400:-400] ** 2).mean() ** 0.5)
-    assert errors[chosen] < 0.01 * (qdd**2).mean() ** 0.5
-    assert errors[chosen] < 4 * min(errors.values())
 
 
 def test_a_given_cutoff_is_respected():
@@ -231,21 +173,3 @@ def test_a_belt_motors_angle_becomes_the_joints(tmp_path, ratio):
     read = read_recording(write_csv(tmp_path / "run.csv", columns | {"tau1_Nm": t, "tau2_Nm": t}), a)
     np.testing.assert_allclose(read.q, q, atol=1e-12)
     np.testing.assert_allclose(read.qd, qd, atol=1e-12)
-
-
-def test_a_recording_that_begins_and_ends_in_motion_keeps_its_acceleration_there():
-    t = np.arange(0, 8, 0.01)
-    for phase in (0.0, 0.7, 1.5):
-        q = np.sin(np.pi * t + phase) + 0.3 * np.sin(2.6 * np.pi * t + 2 * phase)
-        true = -np.pi**2 * np.sin(np.pi * t + phase) - 0.3 * (2.6 * np.pi) ** 2 * np.sin(2.6 * np.pi * t + 2 * phase)
-        found = derivatives(LowPass(16.0).apply(q[:, None], 0.01), 0.01, 2)[:, 0]
-        wrong = np.abs(found - true) / np.sqrt((true**2).mean())
-        assert wrong[[0, -1]].max() < 0.5
-        assert wrong[2:-2].max() < 0.1
-
-
-def test_what_goes_on_beyond_an_end_is_the_parabola_less_the_reflected_rest():
-    parabola = np.arange(40.0)[:, None] ** 2
-    np.testing.assert_allclose(_extension(parabola, 5, 8)[:, 0], np.arange(40.0, 45.0) ** 2, rtol=1e-9)
-    wave = np.sin(np.arange(-39, 1) / 3.0)[:, None]  # it crosses zero at its last row: its odd reflection is its own continuation
-    np.testing.assert_allclose(_extension(wave, 6, 40)[:, 0], np.sin(np.arange(1, 7) / 3.0), atol=0.05)

@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from planted import healthy, line_of, recording, the_arm, write_campaign, write_csv
+from planted import healthy, line_of, recording, the_arm, write_csv
 
 from nnhydro.errors import ConfigError, MissingExtraError, RecordingError
-from nnhydro.recordings.arm import Arm, parse_arm
-from nnhydro.recordings.campaign import open_campaign, open_campaigns
+from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.readers.column_map import parse_column_map
 from nnhydro.recordings.readers.files import read_recording
 from nnhydro.recordings.readers.ros_bag import order_by_number
@@ -184,33 +183,6 @@ def test_foreign_columns_may_hold_anything(tmp_path: Path):
     assert len(read_recording(path, ONE)) == 9
 
 
-def test_verify_reads_every_recording_once_and_names_the_first_bad_one(tmp_path: Path):
-    root = write_campaign(tmp_path / "c")
-    open_campaign(root).verify()
-    (root / "recordings" / "run2.csv").write_text("nonsense\n")
-    campaign = open_campaign(root)
-    with pytest.raises(RecordingError, match=r"run2\.csv"):
-        campaign.verify()
-
-
-def test_a_folder_of_campaigns_is_opened_as_several(tmp_path: Path):
-    for name in ("b", "a"):
-        write_campaign(tmp_path / name)
-    (tmp_path / "notes").mkdir()
-    assert [c.root.name for c in open_campaigns(tmp_path) if c.root] == ["a", "b"]
-    assert len(open_campaigns(tmp_path / "a")) == 1
-
-
-def test_hidden_files_are_passed_over_and_links_are_harmless(tmp_path: Path):
-    root = write_campaign(tmp_path / "c")
-    (root / "recordings" / ".DS_Store").write_bytes(b"\0")
-    (root / "recordings" / "linked.csv").symlink_to("../recordings/run1.csv")
-    assert open_campaign(root).names == ("linked", "run1", "run2")
-    (root / "recordings" / "broken.csv").symlink_to("../../nowhere.csv")
-    with pytest.raises(RecordingError, match="does not exist"):
-        open_campaign(root).verify()
-
-
 @FEW
 @given(st.binary(max_size=400))
 @pytest.mark.parametrize("suffix", ["csv", "parquet", "h5", "bag", "mcap", "db3"])
@@ -265,15 +237,3 @@ def test_any_yaml_gives_a_mapping_or_one_line(tmp_path_factory, content: bytes):
     path.write_bytes(content)
     line = line_of(lambda: read_yaml(path, ConfigError))
     assert line is None or "arm.yaml" in line
-
-
-VALUE = st.recursive(st.one_of(st.none(), st.booleans(), st.integers(), st.floats(), st.text(max_size=10)),
-                     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=8), inner, max_size=3), max_leaves=8)
-KEYS = st.sampled_from(["schema", "name", "fluid", "links", "drive", "gear", "gravity_m_s2", "density_kg_m3", "linsk", "kind"])
-
-
-@FEW
-@given(st.dictionaries(KEYS, VALUE, max_size=6))
-def test_any_arm_document_gives_an_arm_or_one_line(document: dict):
-    line = line_of(lambda: parse_arm(document, "arm.yaml"))
-    assert line is None or (line.startswith("arm.yaml: ") and "\n" not in line)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from rigs import arm
-from test_travel_kernel import assert_equal, motion, travelling
+from travelling import assert_equal, motion, travelling
 
 from nnhydro.deployment.compiled.travel_loads import TravelLoads
 from nnhydro.physics.flow import Flow

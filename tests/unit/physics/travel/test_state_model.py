@@ -24,7 +24,7 @@ from nnhydro.physics.travel.state_model import (
     state_loads,
     with_tau_s,
 )
-from nnhydro.physics.travel.term import strip_columns, unit_drag, unit_inertia
+from nnhydro.physics.travel.term import unit_drag, unit_inertia
 
 SLEWS = golden("slews")["slews"]
 MODELS = [state_loads, bspline_loads]
@@ -108,12 +108,6 @@ def test_curves_of_a_link_of_their_own_are_the_arms_where_they_are_equal():
     assert_close(own.torque(Flow(a, motion)), shared.torque(Flow(a, motion)))
 
 
-def test_a_number_of_ordinates_that_fits_no_arm_is_refused():
-    loads = state_loads(arm(3), curve_per_link=True)
-    with pytest.raises(ModelError, match="give 1, or 2, one a link"):
-        loads.terms["state_drag"].torque(Flow(arm(2), run(2)))
-
-
 @pytest.mark.parametrize("make", MODELS)
 def test_the_sum_stores_and_loads_itself_and_says_its_curves(make):
     loads = make(arm(2), at_reversal="decay", memory=3.0, laws=("aspect_ratio",))
@@ -125,15 +119,6 @@ def test_the_sum_stores_and_loads_itself_and_says_its_curves(make):
     assert float(added_mass_curve(loads, s)[0]) == 1.0
     with pytest.raises(ModelError, match="state_loads"):
         drag_curve(Loads({}), s)
-
-
-def test_columns_of_a_strip_sum_match_a_sum_by_hand():
-    flow = Flow(arm(2), run(2))
-    strips = Strips.of(flow, 7)
-    phi = torch.stack([torch.ones_like(strips.w), strips.x.expand_as(strips.w)], dim=-1)
-    columns = strip_columns(strips, unit_drag(strips), phi)
-    for k in range(2):
-        assert_close(columns[..., k], strips.to_joints(unit_drag(strips) * phi[..., k]))
 
 
 def test_reset_at_a_reversal_lowers_the_drag_against_a_kept_wake():
