@@ -6,22 +6,15 @@ import numpy as np
 import pytest
 import yaml
 from campaigns import GIVEN, campaign, planted, recording, sensor_torque, write_csv, write_folder
-from rigs import arm, assert_close
-from rigs import run as motion
+from rigs import arm
 
 from nnhydro.cli.main import run
-from nnhydro.effects.hypotheses.rotor_inertia import RotorInertia
 from nnhydro.errors import ArmError, ModelError
 from nnhydro.fitting.dry_model import identify_in_water, in_water
 from nnhydro.fitting.identify import identify
-from nnhydro.fitting.linear.prior import prior
-from nnhydro.models.baselines import BASELINES
 from nnhydro.models.seen import marks_seen_by
 from nnhydro.models.storage import load_model, save_model
-from nnhydro.physics.flow import Flow
-from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.loads.coulomb_friction import CoulombTerm
-from nnhydro.physics.loads.rotor_inertia import RotorTerm
 from nnhydro.physics.loads.viscous_friction import ViscousTerm
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.arm import parse_arm
@@ -31,7 +24,6 @@ from nnhydro.recordings.filtering.preprocessing import prepare
 from nnhydro.recordings.survey import survey
 
 FRICTION = [{"coulomb_Nm": 0.3, "viscous_Nm_s": 0.2, "known_to": 0.2}, {"coulomb_Nm": 0.1, "known_to": 0.2}]
-DRIVE = {"kind": "direct", "rotor_inertia_kg_m2": [0.05, 0.02], "known_to": 0.2}
 
 
 def stated(links=2, **keys):
@@ -40,16 +32,6 @@ def stated(links=2, **keys):
 
 def rubbing(a, level=(0.33, 0.09), b=(0.17, 0.0)):
     return planted(a).plus("c", CoulombTerm(level[:a.n_links], 0.005)).plus("v", ViscousTerm(b[:a.n_links]))
-
-
-@pytest.mark.parametrize("name", sorted(BASELINES))
-def test_every_baseline_holds_what_arm_yaml_states(name):
-    a = arm(2, friction=FRICTION, drive=DRIVE)
-    loads = BASELINES[name].start(a)
-    assert loads.terms["stated_coulomb_friction"].level == (0.3, 0.1)
-    assert loads.terms["stated_viscous_friction"].coefficient == (0.2, 0.0)
-    assert loads.terms["stated_rotor_inertia"].inertia == (0.05, 0.02)
-    assert not [key for key in BASELINES[name].start(arm(2)).terms if key.startswith("stated_")]
 
 
 def test_a_stated_friction_is_calibrated_within_what_is_known_of_it():
@@ -64,16 +46,6 @@ def test_a_stated_friction_is_calibrated_within_what_is_known_of_it():
     assert held["stated_coulomb_friction.level[1]"]["value"] == 0.3
 
 
-@pytest.mark.parametrize("keys", [{"friction": [{"coulomb_Nm": 0.4, "viscous_Nm_s": 0.3, "known_to": 0.25}]},
-                                  {"drive": {"kind": "direct", "rotor_inertia_kg_m2": [0.08], "known_to": 0.25}}])
-def test_the_prior_of_a_stated_value_is_as_wide_as_it_is_known(keys):
-    a = arm(1, **keys)
-    loads = Loads({name: term for name, term in BASELINES["rigid"].start(a).terms.items() if name.startswith("stated_")})
-    before = prior(loads, a)
-    np.testing.assert_allclose(np.diag(before.F), 0.25 * before.mean)
-    assert (before.mean + before.F @ before.lowest >= -1e-12).all()
-
-
 def test_recordings_that_say_nothing_of_friction_leave_it_as_stated():
     a = stated(1)
     r = recording(a, rubbing(a), seconds=3.0)
@@ -82,14 +54,6 @@ def test_recordings_that_say_nothing_of_friction_leave_it_as_stated():
     still = replace(still, tau=sensor_torque(a, planted(a), Motion.of(segment)))
     found = identify(Campaign.of(a, [still, replace(still, name="b")]), "constant").fit["parameters"]
     assert found["stated_coulomb_friction.level[1]"]["value"] == pytest.approx(0.3)
-
-
-@pytest.mark.parametrize("drive", ["direct", {"kind": "remote", "pulley_ratio": 1.5}])
-def test_a_stated_rotor_inertia_is_that_of_the_catalogue(drive):
-    a, at = arm(2, drive=drive), motion(2)
-    inner = RotorInertia((0.05,), joint=1).columns(Flow(a, at))[..., 0] * 0.05
-    other = RotorInertia((0.02,), joint=2).columns(Flow(a, at))[..., 0] * 0.02
-    assert_close(RotorTerm((0.05, 0.02)).torque(Flow(a, at)), inner + other)
 
 
 @pytest.mark.parametrize(("keys", "words"), [
@@ -110,7 +74,6 @@ def test_a_statement_survives_the_model_file(tmp_path):
 
 
 # a run in air as the baseline of one in water
-
 @pytest.fixture(scope="module")
 def dry_model():
     a = arm(2, friction=[{"coulomb_Nm": 0.25, "viscous_Nm_s": 0.2, "known_to": 0.5}, {"coulomb_Nm": 0.12, "known_to": 0.5}])
@@ -161,7 +124,6 @@ def test_the_command_takes_a_dry_model(dry_model, tmp_path, capsys):
 
 
 # units that are stated are trusted
-
 def spinning(tmp_path, mapping):
     a = arm(1, 0.0)
     t = np.arange(400) / 100

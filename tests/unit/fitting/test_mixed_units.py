@@ -7,8 +7,6 @@ import pytest
 from campaigns import campaign, planted
 from rigs import arm
 
-from nnhydro.fitting.absolute_angles import absolute_angles
-from nnhydro.fitting.channel_order import judged_ways
 from nnhydro.fitting.mixed_units import mixed_units, suspects
 from nnhydro.fitting.physical_survey import survey_with_physics
 from nnhydro.physics.loads.coulomb_friction import CoulombTerm
@@ -78,17 +76,6 @@ def _torques(a, motion):
     still = np.zeros(len(motion["q"]))
     rubbing = planted(a).plus("c", CoulombTerm((0.2, 0.1)))
     return sensor_torque(a, rubbing, Motion.at(motion["q"], motion["qd"], motion["qdd"], still, still))
-
-
-def test_an_outer_angle_that_counts_from_the_first_direction_is_told():
-    def absolute(r):
-        return {"q": np.cumsum(r.q, axis=1), "qd": np.cumsum(r.qd, axis=1), "qdd": np.cumsum(r.qdd, axis=1)}
-
-    c = whole()
-    odd = changed(c, absolute, *c.names)
-    assert "q2_rad minus q1_rad" in absolute_angles(odd, odd.plan(), judged_ways(odd, odd.plan())).remedy
-    assert [o.check for o in survey_with_physics(odd).oddities if o.severity == "warning"] == ["absolute_angles"]
-    assert absolute_angles(c, c.plan(), judged_ways(c, c.plan())) is None
 
 
 def test_torques_of_another_run_are_told_and_those_of_this_one_are_not():

@@ -8,9 +8,12 @@ import torch
 from rigs import arm, assert_close, run
 
 from nnhydro.errors import ModelError
+from nnhydro.models.baselines import BASELINES
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.load_term import term_kinds
+from nnhydro.physics.loads.added_mass import AddedMass
+from nnhydro.physics.loads.coulomb_friction import CoulombTerm
 from nnhydro.physics.loads.rigid_body import RigidBody
 from nnhydro.physics.loads.viscous_friction import ViscousTerm
 from nnhydro.physics.travel.state_model import state_loads
@@ -69,3 +72,20 @@ def test_parameters_are_listed_in_the_order_of_the_columns():
     assert names[-2:] == [("friction", "coefficient[1]"), ("friction", "coefficient[2]")]
     columns = torch.cat([term.columns(Flow(arm(2), run(2))) for term in loads.linear().values()], dim=-1)
     assert columns.shape[-1] == len(names)
+
+
+def start(a):
+    return BASELINES["constant"].start(a)
+
+
+def values(model_or_loads):
+    loads = getattr(model_or_loads, "loads", model_or_loads)
+    return np.concatenate([term.linear_values().numpy() for term in loads.linear().values()])
+
+
+def test_a_sum_replaces_linear_parameters_alone_and_in_order():
+    loads = start(arm(2)).plus("friction", CoulombTerm((0.1, 0.2), v0_rad_s=0.3))
+    changed = loads.with_linear(values(loads) + 1.0)
+    np.testing.assert_allclose(values(changed), values(loads) + 1.0)
+    assert changed.terms["friction"].v0_rad_s == 0.3
+    assert isinstance(changed.terms["added_mass"], AddedMass)

@@ -9,7 +9,8 @@ from mclain import ARM, golden, twelve_slews
 from rigs import arm, run
 
 from nnhydro.errors import CampaignError, ConfigError
-from nnhydro.fitting.linear.variable_projection import bootstrap, reduce, separable, solve
+from nnhydro.fitting.linear.variable_projection import SeparableFit, _local_minima, _polish, _vertex, bootstrap, reduce, separable, solve
+from nnhydro.fitting.linear.variable_projection import solve as solve_rows
 from nnhydro.fitting.travel.state_dependent import GRID, curve_bands, fit_state
 from nnhydro.fitting.travel.state_rows import general, rows_of
 from nnhydro.fitting.travel.travel_scale import with_best_travel_scale
@@ -217,3 +218,88 @@ def test_a_minimum_within_a_thousandth_of_the_grids_end_lies_at_the_edge(best, e
         return np.array([[[1e-9, 0.0], [0.0, 1.0 + (nu[0] - best) ** 2]]])
 
     assert separable(at, [np.linspace(10.0, 11.0, 5)]).at_bound == edge
+
+
+@pytest.mark.parametrize(("profile", "minima"), [
+    ([3.0, 1.0, 2.0, 0.5, 4.0], [(3,), (1,)]), ([1.0, 2.0, 3.0], [(0,)]), ([3.0, 2.0, 1.0], [(2,)]), ([2.0, 1.0, 1.0, 2.0], [(1,), (2,)]),
+])
+def test_local_minima_are_points_that_no_neighbour_undercuts_best_first(profile, minima):
+    assert _local_minima(np.array(profile)) == minima
+
+
+def test_local_minima_of_a_plane_are_lowest_along_both_axes():
+    x, y = np.meshgrid(np.arange(5.0), np.arange(6.0), indexing="ij")
+    assert _local_minima((x - 1) ** 2 + (y - 4) ** 2) == [(1, 4)]
+
+
+def test_the_vertex_of_a_table_is_that_of_the_parabolas_along_each_axis():
+    grid = (np.array([0.0, 1.0, 3.0, 4.0]), np.array([0.0, 2.0, 3.0]))
+    x, y = np.meshgrid(*grid, indexing="ij")
+    profile = 2 * (x - 2.6) ** 2 + 3 * (y - 1.7) ** 2 + 7
+    nu, lowest = _vertex(profile, grid, (2, 1))
+    assert nu == pytest.approx((2.6, 1.7))
+    assert lowest == pytest.approx(7.0)
+    nu, lowest = _vertex(profile, grid, (3, 1))
+    assert nu == pytest.approx((4.0, 1.7)), "at an end the table says no more"
+    assert lowest == pytest.approx(2 * 1.4**2 + 7)
+    assert _vertex(-profile, grid, (2, 1))[0] == (3.0, 2.0)
+
+
+def test_polishing_stays_between_the_neighbours_and_never_ends_above_its_start():
+    grid = (np.array([0.0, 1.0, 2.0, 3.0]),)
+    assert _polish(lambda nu: (nu[0] - 1.37) ** 2, grid, (1,), 1e-8) == pytest.approx((1.37,), abs=1e-4)
+    assert _polish(lambda nu: -nu[0], grid, (1,), 1e-8)[0] == pytest.approx(2.0, abs=1e-3)
+    assert _polish(lambda nu: abs(nu[0] - 1.0) + 5 * (nu[0] != 1.0), grid, (1,), 1e-8) == (1.0,)
+    both = _polish(lambda nu: (nu[0] - 1.2) ** 2 + (nu[1] - 0.7) ** 2, grid * 2, (1, 1), 1e-8)
+    assert both == pytest.approx((1.2, 0.7), abs=1e-3)
+
+
+def decays(taus, noise=0.0, seed=1):
+    """Rows of c exp(-t / tau) in three blocks, for separable: nu is tau."""
+    t, rng = np.linspace(0, 5, 60), np.random.default_rng(seed)
+    y = sum(c * np.exp(-t / tau) for c, tau in zip((2.0, 1.0), taus, strict=False)) + noise * rng.standard_normal(60)
+
+    def at(nu):
+        X = np.stack([np.exp(-t / tau) for tau in nu], axis=1)
+        return np.stack([reduce(X[k::3], y[k::3]) for k in range(3)])
+    return at
+
+
+def test_the_best_shape_is_found_with_its_condition_and_whether_it_is_an_end():
+    grid = (np.linspace(0.5, 4.0, 15),)
+    found = separable(decays((1.3,)), grid)
+    assert found.nu == pytest.approx((1.3,), rel=1e-5)
+    assert found.theta == pytest.approx([2.0], rel=1e-5)
+    assert found.energy == pytest.approx(0.0, abs=1e-8)
+    assert not found.at_bound
+    assert found.profile.shape == (15,)
+    assert found.evaluations > 15
+    for tau, edge in ((0.2, True), (9.0, True), (0.5 + 3.5 * 2e-3, False), (4.0 - 3.5 * 2e-3, False)):
+        assert separable(decays((tau,)), grid).at_bound == edge
+    note = SeparableFit((1.0,), np.ones(1), 0.0, 2e6, grid, np.ones(15), ((1.0,),), 3, False)
+    assert "hardly excited" in note.note
+    assert "ended on its bound" in SeparableFit((1.0,), np.ones(1), 0.0, 2e6, grid, np.ones(15), ((1.0,),), 3, True).note
+    assert SeparableFit((1.0,), np.ones(1), 0.0, 9e5, grid, np.ones(15), ((1.0,),), 3, False).note == ""
+
+
+def test_the_condition_is_that_of_scaled_columns():
+    X = np.random.default_rng(1).standard_normal((50, 3)) * [1.0, 1e6, 1e-6]
+    told = solve_rows(reduce(X, np.ones(50))[None])
+    s = np.linalg.svd(X / np.linalg.norm(X, axis=0), compute_uv=False)
+    assert told.condition == pytest.approx(s[0] / s[-1], rel=1e-6)
+    twice = solve_rows(reduce(np.column_stack([X[:, 0], X[:, 0]]), X[:, 0])[None])
+    assert twice.theta == pytest.approx([0.5, 0.5])
+
+
+def test_a_bootstrap_draws_whole_blocks_and_its_prior_stays():
+    at, grid = decays((1.3,), 0.05), np.linspace(1.0, 1.6, 7)
+    nus, thetas = bootstrap(at, grid, 40, 3)
+    rng = np.random.default_rng(3)
+    for draw in range(40):
+        picked = rng.integers(0, 3, 3)
+        best = min(((np.linalg.lstsq(R[:, :-1], R[:, -1], rcond=None), R, nu) for nu in grid for R in [at((nu,))[picked].reshape(-1, 2)]),
+                   key=lambda pair: float(((pair[1][:, -1] - pair[1][:, :-1] @ pair[0][0]) ** 2).sum()))
+        assert nus[draw] == best[2]
+        assert thetas[draw] == pytest.approx(best[0][0], rel=1e-5)
+    held = bootstrap(at, grid, 10, 3, prior=np.array([[1e6, 1e6 * 7.0]]))[1]
+    assert held == pytest.approx(np.full((10, 1), 7.0), rel=1e-3)

@@ -5,11 +5,10 @@ from types import SimpleNamespace
 import pytest
 import torch
 
-from nnhydro.features.strip_law.law import ARM, REMEMBERED, SURROUNDED
+from nnhydro.features.strip_law.law import ARM, SURROUNDED
 from nnhydro.fitting.linear.normal_equations import CLOSED
 from nnhydro.fitting.network.linear_part import LinearPart, linear_part, with_free_functions
 from nnhydro.fitting.network.rows import Rows
-from nnhydro.fitting.network.tier_choice import choice_of_each, chosen_weights
 
 JOINTS, SHARED, ODD, LAW, STATED, UNITS = 2, 5, 3, 3, 1, 6  # columns: 3 of the law, 2 of the body of which 1 is stated, 3 odd features
 
@@ -122,31 +121,6 @@ def test_the_torque_of_the_linear_part_is_that_of_its_columns():
         for j in range(JOINTS):
             want = columns[:, j, :SHARED] @ part.shared[e] + columns[:, j, SHARED:] @ part.odd[e, :, j]
             torch.testing.assert_close(tau[:, e, j], want)
-
-
-def test_a_tier_is_opened_only_where_held_out_recordings_ask_for_it():
-    def left(weights):
-        gain = {REMEMBERED: 0.5, SURROUNDED: 0.99}  # of the error, at the right weight of 1e-2
-        total = 1.0
-        for tier, value in gain.items():
-            if weights[tier] < CLOSED:
-                total *= value * (1 + 0.01 * abs(torch.tensor(weights[tier] / 1e-2).log10().item()))
-        return total
-
-    weights = chosen_weights(lambda several: [left(ratios) for ratios in several], (REMEMBERED, SURROUNDED), SURROUNDED + 1)
-    assert weights[REMEMBERED] == pytest.approx(1e-2)
-    assert weights[SURROUNDED] == CLOSED, "one per cent is not worth it"
-
-
-def test_each_member_chooses_on_recordings_of_its_own_draw_and_all_agree_where_all_recordings_do():
-    def losses(several, spread):
-        gains = [[1.0, spread, 2 - spread] if weights[REMEMBERED] < CLOSED else [1.0, 1.0, 1.0] for weights in several]
-        return torch.tensor(gains)[:, None, :, None].double()
-
-    agreed = choice_of_each(lambda several: losses(several, 1.0), {REMEMBERED}, SURROUNDED, 8)
-    assert {weights[REMEMBERED] for weights in agreed} == {CLOSED}
-    torn = choice_of_each(lambda several: losses(several, 0.5), {REMEMBERED}, SURROUNDED, 8)
-    assert len({weights[REMEMBERED] < CLOSED for weights in torn}) == 2
 
 
 def test_free_functions_are_learned_where_the_mirror_does_not_hold_and_left_out_where_it_does():

@@ -74,3 +74,16 @@ def test_rows_are_standardised_in_place_piece_by_piece(monkeypatch):
     assert torch.allclose(rows.x, ((before - centre) / spread).float())
     assert bool((rows.x <= highest.float() + 1e-6).all())
     assert torch.equal(lowest[odd], -highest[odd])
+
+
+def test_rows_that_exceed_the_budget_lie_in_files_and_those_that_just_fit_do_not():
+    part = (torch.arange(6.0).reshape(3, 2), torch.arange(3))
+    size = 6 * 4 + 3 * 8
+    for budget, mapped in ((2 * size, False), (2 * size - 1, True), (0, True)):
+        with RowStore(budget) as store:
+            store.append(part)
+            store.append(part)
+            assert store.mapped == mapped
+            x, k = store.columns()
+            assert torch.equal(x, torch.cat([part[0]] * 2))
+            assert torch.equal(k, torch.cat([part[1]] * 2))

@@ -6,25 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
-from campaigns import GIVEN, planted
-from rigs import arm, at_rest, mirrored_about_Y, run, states
 from torch.func import grad, jacrev
+from untrained import random_ensemble
 
-from nnhydro.features.body_columns import body_columns
-from nnhydro.features.feature_set import feature_sets, features
-from nnhydro.features.strip_law.law import law_columns
-from nnhydro.features.strip_law.neurons import directions
-from nnhydro.features.strip_law.state import StripView, state_sets, strip_states
-from nnhydro.fitting.config import TrainingConfig
-from nnhydro.models.learned.learned import LEFT_OUT, WIDENING, LearnedTorque, swiftness, view_of
-from nnhydro.models.learned.linear_parts import StripLaw
 from nnhydro.models.learned.network import Ensemble, odd_output, soft_bound
-from nnhydro.models.learned.shrinkage import jackknife, shrink
-from nnhydro.models.strip_theory import StripTheory
-from nnhydro.physics.flow import Flow
 
 GOLDEN = json.loads((Path(__file__).parents[3] / "golden" / "network.json").read_text())
-DEFAULTS = TrainingConfig()
 EXACT = {"rtol": 1e-12, "atol": 1e-12}
 
 
@@ -116,12 +103,6 @@ def test_with_parallel_layers_one_torques_weights_do_not_touch_the_other():
     assert float((other(x)[..., 1] - net(x)[..., 1]).abs().min()) > 0
 
 
-def random_ensemble(sizes, members=3, seed=1, parallel=False):
-    g = torch.Generator().manual_seed(seed)
-    layout = Ensemble.fresh(sizes, members, seed, parallel)
-    return layout.with_tensors([torch.randn(w.shape, generator=g, dtype=torch.float64) for w in layout.tensors()])
-
-
 def test_members_of_an_ensemble_do_not_mix():
     sizes, x = (5, 7, 6, 2), t(np.random.default_rng(1).standard_normal((10, 5)))
     whole = random_ensemble(sizes)
@@ -157,128 +138,3 @@ def test_the_mirrored_net_is_odd_half_of_what_it_says_here_and_in_the_mirror(par
     torch.testing.assert_close(odd_output(net, x * parity, parity), -odd_output(net, x, parity), **EXACT)
     own = torch.stack([x, x + 1.0, x - 1.0])  # a member each
     torch.testing.assert_close(odd_output(net, own, parity), (net(own) - net(own * parity)) / 2, **EXACT)
-
-
-def random_law(a, shown, names=DEFAULTS.law, members=3, seed=1):
-    """A law of the strips with random coefficients; the range of its variables is that of the motion `shown`."""
-    g = torch.Generator().manual_seed(seed)
-    z, of_three = strip_states(StripView(Flow(a, shown)), names)
-    body = torch.randn(members, body_columns(Flow(a, shown)).shape[2], generator=g, dtype=torch.float64)
-    count = law_columns(StripView(Flow(a, shown)), z, of_three).shape[2]
-    coefficients = torch.randn(members, count, generator=g, dtype=torch.float64)
-    return StripLaw(tuple(names), z.amin(dim=(0, 1, 3)), z.amax(dim=(0, 1, 3)), coefficients, body, directions())
-
-
-def learned(a, hybrid, bound=2.0, seed=1, names=DEFAULTS.features, law=DEFAULTS.law, hidden=(8,), parallel=False):
-    """A model with random weights; the range of its inputs is that of random states."""
-    floor = torch.full((a.n_links,), 0.2, dtype=torch.float64)
-    shown = states(a.n_links, 200, seed=9)
-    x = features(view_of(a, shown, floor), names)
-    parity, joined = x.parity(), x.matrix()
-    centre = torch.where(parity < 0, 0.0, joined.mean(0))
-    spread = (joined - centre).pow(2).mean(0).sqrt() + 1e-6
-    reach = ((joined - centre) / spread).abs().amax(0)
-    ensemble = random_ensemble((len(parity), *hidden, a.n_links), seed=seed, parallel=parallel)
-    base = StripTheory(a, GIVEN, {}, "constant", planted(a)) if hybrid else None
-    skip = torch.randn(3, len(parity), a.n_links, generator=torch.Generator().manual_seed(seed), dtype=torch.float64)
-    swiftest, fit = swiftness(Flow(a, shown)).amax(0), {LEFT_OUT: 1 / 3}
-    return LearnedTorque(a, GIVEN, fit, names, bound, floor, centre, spread, parity, -reach, reach, swiftest,
-                         skip * (parity < 0)[:, None], ensemble, base, random_law(a, shown, law))
-
-
-KINDS = pytest.mark.parametrize("hybrid", [False, True], ids=["network", "hybrid"])
-LINKS = pytest.mark.parametrize("links", [1, 2, 3])
-
-
-@KINDS
-@LINKS
-@pytest.mark.parametrize("make", [states, run])
-@pytest.mark.parametrize("gravity", [0.0, 9.81])
-def test_the_mirrored_motion_gives_the_mirrored_torque_for_any_weights(hybrid, links, make, gravity):
-    model = learned(arm(links, gravity_m_s2=gravity), hybrid)
-    one, other = model.torque(make(links)), model.torque(mirrored_about_Y(make(links)))
-    scale = float(one.abs().max())
-    torch.testing.assert_close(other / scale, -one / scale, rtol=0.0, atol=1e-11)  # sin(pi - q) is sin q to the last digit only
-
-
-@pytest.mark.parametrize(("parallel", "hidden", "names"), [
-    *((False, (5, 4, 3), (name,)) for name in feature_sets()), *((True, (6,), (name,)) for name in feature_sets()),
-    (False, (6,), tuple(feature_sets())), (True, (5, 4, 3), tuple(feature_sets()))], ids=str)
-def test_the_mirror_is_exact_for_every_architecture_and_feature_set(parallel, names, hidden):
-    a = arm(2)
-    model = learned(a, hybrid=False, names=names, law=(), hidden=hidden, parallel=parallel)
-    for motion in (states(2), run(2)):
-        one, other = model.torque(motion), model.torque(mirrored_about_Y(motion))
-        scale = float(one.abs().max()) + 1e-300
-        torch.testing.assert_close(other / scale, -one / scale, rtol=0.0, atol=1e-11)
-    assert not model.torque(still_and_straight(2)).any()
-
-
-@pytest.mark.parametrize("name", state_sets())
-@pytest.mark.parametrize("links", [1, 2, 3])
-def test_the_mirror_is_exact_for_every_law_of_the_strips(name, links):
-    a = arm(links)
-    for motion in (states(links), run(links)):
-        law = random_law(a, motion, (name,))
-        one, other = law.torque(Flow(a, motion)), law.torque(Flow(a, mirrored_about_Y(motion)))
-        scale = float(one.abs().max())
-        torch.testing.assert_close(other / scale, -one / scale, rtol=0.0, atol=1e-11)
-    assert not law.torque(Flow(a, at_rest(links))).any()
-
-
-def still_and_straight(links):
-    """At rest with the links in line: nothing tells left from right, so no torque can have a sign."""
-    motion = at_rest(links)
-    motion.q[:, 1:] = 0.0
-    return motion
-
-
-@KINDS
-@LINKS
-def test_an_arm_at_rest_in_still_water_needs_no_torque_for_any_weights(hybrid, links):
-    assert not learned(arm(links), hybrid).torque(still_and_straight(links)).any()
-
-
-@KINDS
-@LINKS
-def test_the_correction_stays_within_its_bound_times_the_scale(hybrid, links):
-    a = arm(links)
-    model = learned(a, hybrid, bound=0.5)
-    for motion in (states(links), run(links)):
-        base = model.baseline.torque(motion) if model.baseline is not None else 0.0
-        scale = view_of(a, motion, model.floor).scale
-        assert bool(((model.torque(motion) - base).abs() <= 0.5 * scale + 1e-12).all())
-        assert bool(((model.members(motion) - base).abs() <= 0.5 * scale + 1e-12).all())
-
-
-@KINDS
-def test_the_prediction_is_the_mean_of_the_members_of_a_hybrid_shrunk_towards_its_baseline(hybrid):
-    model = learned(arm(2), hybrid)
-    members = model.members(run(2))
-    assert members.shape == (3, 60, 2)
-    torch.testing.assert_close(model.std(run(2)), members.std(0))
-    if model.baseline is None:
-        torch.testing.assert_close(model.torque(run(2)), members.mean(0))
-        return
-    base, view = model.baseline.torque(run(2)), view_of(model.arm, run(2), model.floor)
-    doubted = (1 + WIDENING * model.excess(view, model.standardised_features(view))) ** 2 * jackknife(members - base, model.fit[LEFT_OUT])
-    torch.testing.assert_close(model.torque(run(2)) - base, shrink((members - base).mean(0), doubted, view.scale))
-    assert bool(((model.torque(run(2)) - base).abs() <= (members - base).mean(0).abs() + 1e-12).all())
-
-
-def test_beyond_what_it_has_seen_the_net_holds_its_inputs_at_the_edge():
-    model = learned(arm(2), False)
-    x = model.inputs(view_of(model.arm, states(2, seed=4), model.floor))
-    assert bool(((x >= model.lowest) & (x <= model.highest)).all())
-
-
-def test_torques_have_a_gradient_with_respect_to_every_state():
-    model = learned(arm(2), True)
-
-    def torque(q, qd, qdd):
-        motion = states(2, 1)
-        return model.torque(type(motion)(motion.t, q[None], qd[None], qdd[None], motion.u0, motion.du0, True))[0]
-
-    m = states(2, 1)
-    gains = jacrev(torque, argnums=(0, 1, 2))(m.q[0], m.qd[0], m.qdd[0])
-    assert all(bool(torch.isfinite(g).all()) and g.abs().sum() > 0 for g in gains)

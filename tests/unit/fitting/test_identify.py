@@ -1,7 +1,6 @@
 """Coefficients that were planted are found again, with intervals that mean what they say."""
 
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pytest
@@ -9,18 +8,15 @@ from campaigns import GIVEN, campaign, dry, heavier, planted, recording, sensor_
 from rigs import arm
 
 from nnhydro.errors import CampaignError, ConfigError
-from nnhydro.fitting.identify import fit_units, identify
-from nnhydro.fitting.linear.least_squares import bootstrap, correlation_time, fit, solve
-from nnhydro.fitting.linear.prior import inertial_directions, prior
-from nnhydro.fitting.linear.statistics import columns_and_offset, of_segment, residual_energy, total, weight_joints
+from nnhydro.fitting.identify import _notes, estimates, identify
+from nnhydro.fitting.linear.least_squares import Solution, bootstrap, fit, solve
+from nnhydro.fitting.linear.prior import Prior, inertial_directions, prior
+from nnhydro.fitting.linear.statistics import block, of_segment, total
 from nnhydro.models.baselines import BASELINES
-from nnhydro.physics.load_term import LinearTerm, term_kinds
-from nnhydro.physics.loads.added_mass import AddedMass
-from nnhydro.physics.loads.coulomb_friction import CoulombTerm
+from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.loads.normal_drag import NormalDrag
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.campaign import Campaign
-from nnhydro.recordings.splitting import units
 
 EXACT = 1e-6  # relative: what is left of float64 after a fit with priors a billion times weaker than noise-free data
 
@@ -32,13 +28,6 @@ def start(a):
 def values(model_or_loads):
     loads = getattr(model_or_loads, "loads", model_or_loads)
     return np.concatenate([term.linear_values().numpy() for term in loads.linear().values()])
-
-
-def fitted(whole, loads=None):
-    """Solution, blocks and prior of the constant baseline."""
-    return fit_units(loads or start(whole.arm), units(whole, GIVEN), whole.arm)
-
-
 
 
 @pytest.mark.parametrize("count", [1, 2, 3])
@@ -142,51 +131,6 @@ def test_models_that_have_nothing_to_fit_stay_what_they_are():
         assert "parameters" not in model.fit
 
 
-def test_the_solution_is_where_the_gradient_vanishes():
-    a = arm(2)
-    whole = campaign(a, planted(a), noise=0.05)
-    solution, blocks, before = fitted(whole)
-    H, g = weight_joints(total(blocks), solution.weight)
-    z = np.linalg.lstsq(before.F, solution.theta - before.mean, rcond=None)[0]
-    gradient = before.F.T @ (H @ solution.theta - g) + z
-    assert np.abs(gradient).max() < 1e-8 * np.abs(before.F.T @ g).max()
-
-
-def test_the_sums_over_segments_are_the_sums_over_all_rows():
-    a = arm(2)
-    whole = campaign(a, planted(a), noise=0.1)
-    segments = [s for name in whole.names for s in whole.segments(name, GIVEN)]
-    X, tau = (np.concatenate(x) for x in zip(*((columns_and_offset(start(a), s, a)[0], s.tau) for s in segments), strict=True))
-    summed = total([of_segment(start(a), s, a) for s in segments])
-    for j in range(2):
-        np.testing.assert_allclose(summed.H[j], X[:, j].T @ X[:, j], rtol=1e-10, atol=1e-10)
-        np.testing.assert_allclose(summed.g[j], X[:, j].T @ tau[:, j], rtol=1e-10, atol=1e-9)
-    theta = values(planted(a)) * 1.1
-    np.testing.assert_allclose(residual_energy(summed, theta), ((tau - X @ theta) ** 2).sum(0), rtol=1e-8)
-    half = np.arange(len(segments[0])) % 2 == 0
-    parts = of_segment(start(a), segments[0], a, half) + of_segment(start(a), segments[0], a, ~half)
-    np.testing.assert_allclose(parts.H, of_segment(start(a), segments[0], a).H, rtol=1e-12)
-
-
-def test_columns_times_parameters_are_the_models_torque():
-    a = arm(2, drive="remote", gear={"ratio": 20.0, "efficiency": 0.7, "torque_at": "motor"})
-    loads = planted(a).plus("friction", CoulombTerm((0.1, 0.2)))
-    (segment,) = campaign(a, loads, 1).segments("run0", GIVEN)
-    X, offset = columns_and_offset(loads, segment, a)
-    np.testing.assert_allclose(X @ values(loads) + offset, segment.tau, rtol=1e-9, atol=1e-12)
-
-
-def test_what_is_not_linear_in_its_parameters_passes_belt_and_gear_too():
-    a = arm(2, drive="remote", gear={"ratio": 20.0, "efficiency": 0.7, "torque_at": "motor"})
-    kinds = [cls for cls in term_kinds().values() if not issubclass(cls, LinearTerm)]
-    assert kinds
-    for cls in kinds:
-        loads = planted(a).plus("other", cls.at_start(a))
-        (segment,) = campaign(a, loads, 1).segments("run0", GIVEN)
-        X, offset = columns_and_offset(loads, segment, a)
-        np.testing.assert_allclose(X @ values(planted(a)) + offset, segment.tau, rtol=1e-9, atol=1e-12)
-
-
 def test_the_order_of_recordings_changes_nothing():
     a = arm(2)
     whole = campaign(a, planted(a), 5, noise=0.05)
@@ -215,31 +159,6 @@ def test_few_recordings_still_get_finite_intervals(count):
         assert e["ci95"][0] <= e["value"] <= e["ci95"][1]
 
 
-@pytest.mark.parametrize("r", [0.0, 0.5, 0.9])
-def test_the_correlation_time_of_an_autoregression_is_known_in_closed_form(r):
-    rng = np.random.default_rng(1)
-    x = np.zeros(200_000)
-    for k, e in enumerate(rng.standard_normal(len(x) - 1)):
-        x[k + 1] = r * x[k] + e
-    assert correlation_time(x) == pytest.approx((1 + r) / (1 - r), rel=0.1)
-
-
-@pytest.mark.parametrize("n", [8, 41, 60])
-def test_the_correlation_time_is_the_sum_of_correlations_up_to_five_times_itself(n):
-    rng = np.random.default_rng(n)
-    x = np.convolve(rng.standard_normal(n + 2), [1.0, 0.8, 0.5], "valid")
-    d = x - x.mean()
-    rho = np.array([d[:n - k] @ d[k:] for k in range(n // 2)]) / (d @ d)
-    times = 2 * np.cumsum(rho) - 1
-    ends = [k for k in range(len(times)) if k >= 5 * times[k]]
-    assert correlation_time(x) == pytest.approx(max(times[ends[0] if ends else -1], 1.0), rel=1e-9)
-
-
-def test_the_correlation_time_of_nothing_is_one():
-    assert correlation_time(np.zeros(100)) == 1.0
-    assert correlation_time(np.arange(5.0)) == 1.0
-
-
 def test_inertial_directions_are_the_derivatives_of_mass_moment_and_inertia():
     a = arm(2)
     F = inertial_directions(a)
@@ -247,15 +166,6 @@ def test_inertial_directions_are_the_derivatives_of_mass_moment_and_inertia():
     m, c, k = a.links[0].mass_kg, a.links[0].com_m, a.links[0].known_to
     np.testing.assert_allclose(F[[0, 2, 4], 0], k * m * np.array([1.0, c, c**2]))
     np.testing.assert_allclose(F[[0, 2, 4], 1], k * c * np.array([0.0, m, 2 * m * c]))
-
-
-def test_weak_data_leave_the_prior_and_strong_data_overrule_it():
-    a = arm(1)
-    whole = campaign(a, planted(a), 2)
-    stats = total([of_segment(start(a), s, a) for name in whole.names for s in whole.segments(name, GIVEN)])
-    before = prior(start(a), a)
-    np.testing.assert_allclose(solve(stats, before, np.array([1e-12])).theta, before.mean, rtol=1e-6)
-    np.testing.assert_allclose(solve(stats, before, np.array([1e12])).theta, values(planted(a)), rtol=1e-6)
 
 
 def test_no_usable_recording_is_an_error_that_says_where_to_look():
@@ -268,16 +178,6 @@ def test_no_usable_recording_is_an_error_that_says_where_to_look():
 def test_an_unknown_baseline_is_refused_with_the_names():
     with pytest.raises(ConfigError, match="drag-only"):
         identify(campaign(arm(1), planted(arm(1)), 1), "no-such")
-
-
-def test_a_bootstrap_is_repeatable_and_centred_on_the_fit():
-    a = arm(1)
-    solution, blocks, before = fitted(campaign(a, planted(a), 8, noise=0.02))
-    draw = partial(bootstrap, blocks, before, solution.weight, 300)
-    assert np.array_equal(draw(1), draw(1))
-    assert not np.array_equal(draw(1), draw(2))
-    spread = draw(1).std(0)
-    assert (np.abs(draw(1).mean(0) - solution.theta) < 0.5 * spread + 1e-9).all()
 
 
 @pytest.mark.slow
@@ -297,14 +197,6 @@ def test_ninety_five_per_cent_intervals_hold_the_truth_about_as_often():
     assert 0.85 <= np.mean(inside) <= 1.0
 
 
-def test_a_sum_replaces_linear_parameters_alone_and_in_order():
-    loads = start(arm(2)).plus("friction", CoulombTerm((0.1, 0.2), v0_rad_s=0.3))
-    changed = loads.with_linear(values(loads) + 1.0)
-    np.testing.assert_allclose(values(changed), values(loads) + 1.0)
-    assert changed.terms["friction"].v0_rad_s == 0.3
-    assert isinstance(changed.terms["added_mass"], AddedMass)
-
-
 def test_a_recording_without_a_finite_stretch_is_left_out_of_the_fit():
     a = arm(1)
     good = campaign(a, planted(a), 3)
@@ -312,3 +204,43 @@ def test_a_recording_without_a_finite_stretch_is_left_out_of_the_fit():
     model = identify(Campaign.of(a, [*good.recordings(), bad]))
     assert model.fit["recordings"] == 3
     np.testing.assert_allclose(values(model), values(planted(a)), rtol=EXACT)
+
+
+def noted(theta, sd, bounds=(0.2, 2.5), mean=1.1, known=1.0):
+    """The note on one drag coefficient."""
+    loads = Loads({"drag": NormalDrag((theta,))})
+    told = Solution(np.array([theta]), np.array([[sd**2]]), np.ones(1), np.ones(1), np.zeros(1, dtype=bool), 1.0)
+    before = Prior(np.array([mean]), np.array([[known]]), np.array([-9.0]), np.array([9.0]))
+    return _notes(loads, told, before)[0]
+
+
+def test_notes_say_what_must_not_be_taken_at_face_value():
+    low, high = NormalDrag((1.0,)).linear_bounds()[0]
+    assert noted(1.0, 0.1) == ""
+    assert noted(low, 0.1) == noted(high, 0.1) == "ended on its bound: another cause may be hiding here"
+    assert noted(low + 1e-6, 0.1) == noted(high - 1e-6, 0.1) == ""
+    assert noted(1.2, 0.71).endswith("the value is what was assumed")
+    assert noted(1.2, 0.69) == ""
+    assert noted(1.59, 0.71).endswith("the value is what was assumed")
+    assert noted(1.61, 0.71).endswith("it moved within its uncertainty")
+    assert noted(1.11, 0.01, known=0.01).endswith("it moved within its uncertainty")
+    assert noted(1.2, 0.01, known=0.01).endswith("it moved 10 times its uncertainty")
+    assert noted(1.0, 0.1, known=0.0) == "known exactly beforehand"
+
+
+def test_two_recordings_have_gaussian_intervals_and_three_are_resampled():
+    a = arm(1)
+    loads = Loads({"drag": NormalDrag((1.0,))})
+    rng = np.random.default_rng(1)
+    blocks = []
+    for _ in range(3):
+        X = rng.standard_normal((100, 1, 1))
+        blocks.append(block(X, X[..., 0] + 0.3 * rng.standard_normal((100, 1))))
+    before = prior(loads, a)
+    told = solve(total(blocks[:2]), before, np.array([1 / 0.09]))
+    (one,) = estimates(loads, told, blocks[:2], before, 0)
+    sd = np.sqrt(told.covariance[0, 0])
+    assert one.ci95 == pytest.approx((told.theta[0] - 1.96 * sd, told.theta[0] + 1.96 * sd))
+    (many,) = estimates(loads, solve(total(blocks), before, np.array([1 / 0.09])), blocks, before, 0)
+    assert 0.2 < (many.ci95[1] - many.ci95[0]) / (one.ci95[1] - one.ci95[0]) < 1.5
+    assert one.document() == {"value": one.value, "unit": "1", "ci95": list(one.ci95)}

@@ -1,4 +1,4 @@
-"""Gains are the derivatives of the torque: those of the closed forms, of finite differences, and finite where a model has a kink."""
+"""Gains are the slopes of the torque, exact or by differences."""
 
 from dataclasses import replace
 from math import pi
@@ -9,11 +9,10 @@ import torch
 from campaigns import DEFAULT_LAWS, GIVEN, campaign, planted
 from rigs import arm, run, states
 
-from nnhydro.errors import ConfigError, ModelError
+from nnhydro.errors import ModelError
 from nnhydro.features.wake import STATES, STRIPS
 from nnhydro.fitting.network.train import train
 from nnhydro.models.gains.matrix import INPUTS, differences, gain_matrix
-from nnhydro.models.gains.sweeps import Around, document, sweeps
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.flow import Flow
@@ -115,25 +114,3 @@ def test_a_model_that_computes_outside_torch_gets_differences():
     inside = theory(a, Loads({"drag": NormalDrag((1.0, 1.0))}))
     got, want = (gain_matrix(model, states(2)) for model in (OutsideTorch(a, GIVEN, {}), inside))
     torch.testing.assert_close(got.qd, want.qd, **NEAR)
-
-
-@pytest.mark.slow
-def test_sweeps_show_the_model_beside_baseline_textbook_and_dry_arm(hybrid):
-    made = sweeps(hybrid, Around(1.5, 0.2, (0.1, 0.4)))
-    assert [(s.joint, s.over) for s in made] == [(j, over) for j in (0, 1) for over in ("speed_rad_s", "angle_rad")]
-    assert list(made[0].gains) == ["model", "baseline", "textbook", "dry arm"]
-    assert float(made[0].values[0]) == -1.5
-    assert float(made[0].values[len(made[0].values) // 2]) == 0.0
-    assert float(made[0].damping("dry arm").abs().max()) < 1e-12
-    assert document(hybrid, Around(), made)["units"]["qdd"] == "kg m^2"
-
-
-def test_one_link_is_swept_over_speed_alone():
-    made = sweeps(theory(arm(1)))
-    assert [s.over for s in made] == ["speed_rad_s"]
-    assert list(made[0].gains) == ["model", "textbook", "dry arm"]
-
-
-def test_a_posture_needs_an_angle_a_joint():
-    with pytest.raises(ConfigError, match="3 angles"):
-        sweeps(theory(arm(2)), Around(posture_rad=(1.0, 2.0, 3.0)))

@@ -11,10 +11,10 @@ import torch
 from campaigns import GIVEN, TINY, campaign, planted, same_tensors, steady_table, with_torque
 from rigs import arm, run
 
-from nnhydro.errors import CampaignError, ConfigError, ModelError
+from nnhydro.errors import CampaignError, ModelError
 from nnhydro.evaluation.metrics import Misfit
 from nnhydro.evaluation.model_errors import misfit_of
-from nnhydro.fitting.config import TrainingConfig, read_config
+from nnhydro.fitting.config import TrainingConfig
 from nnhydro.fitting.identify import calibrate
 from nnhydro.fitting.network.gradient_fit import TrainingState, gradient_fit
 from nnhydro.fitting.network.rows import torque_rms, training_rows, watched_units
@@ -204,28 +204,6 @@ def test_the_record_says_what_was_trained_on():
 def test_a_campaign_without_a_finite_row_cannot_be_trained_on():
     with pytest.raises(CampaignError, match="nnhydro check"):
         train(with_torque(small(), lambda name, tau: tau * np.nan), tiny(model="network"))
-
-
-@pytest.mark.parametrize(("text", "said"), [
-    ("epoch = 3", "unknown key 'epoch': did you mean 'epochs'"), ("epochs = 0", "epochs"), ("hidden = [0]", "1 to 4096"),
-    ("features = ['waves']", "unknown feature set 'waves'"), ("features = []", "name some"), ("law = ['bend', 'bend']", "stands twice"),
-    ("law = ['morison']", "memory"), ("layers = 'both'", "layers"),
-    ("baseline = 'nope'", "drag-only"), ("epochs = [", "not valid TOML"), ("learning_rate = nan", "learning_rate"),
-])
-def test_a_faulty_configuration_is_refused_in_one_line_with_its_key(tmp_path, text, said):
-    path = tmp_path / "c.toml"
-    path.write_text(text)
-    with pytest.raises(ConfigError, match=said) as caught:
-        read_config(path)
-    assert str(path) in str(caught.value)
-    assert "\n" not in str(caught.value).strip()
-
-
-def test_a_configuration_is_read(tmp_path):
-    path = tmp_path / "c.toml"
-    path.write_text("model = 'network'\nhidden = [8, 4, 2]\nlayers = 'parallel'\nfeatures = ['raw', 'travel']\nlaw = []\nmembers = 2\n")
-    assert read_config(path) == TrainingConfig(model="network", hidden=(8, 4, 2), layers="parallel", features=("raw", "travel"), law=(),
-                                               members=2)
 
 
 @pytest.mark.parametrize("layers", ["common", "parallel"])
