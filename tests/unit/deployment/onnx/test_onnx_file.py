@@ -5,39 +5,25 @@ import sys
 from dataclasses import replace
 
 import numpy as np
-import onnxruntime
 import pytest
 import torch
 from campaigns import GIVEN, planted, recording
+from onnx_session import session
 from rigs import arm, run, states
 
 from nnhydro.api.model import Model
 from nnhydro.deployment.onnx import onnx_file
-from nnhydro.deployment.onnx.expressions import Program
 from nnhydro.deployment.onnx.onnx_file import export_onnx
-from nnhydro.deployment.onnx.onnx_graph import onnx_model
-from nnhydro.deployment.onnx.tracing import trace
-from nnhydro.deployment.step import record_step
-from nnhydro.errors import ConfigError, MissingExtraError, ModelError
+from nnhydro.errors import ConfigError, MissingExtraError
 from nnhydro.features.wake import STATES, STRIPS
 from nnhydro.models.prediction import predict
 from nnhydro.models.strip_theory import StripTheory
-from nnhydro.models.torque_model import TorqueModel
-from nnhydro.physics.flow import Flow
 from nnhydro.physics.loads.axial_drag import AxialDrag
 from nnhydro.physics.loads.coulomb_friction import CoulombTerm
-from nnhydro.physics.loads.normal_drag import NormalDrag
 from nnhydro.physics.motion import Motion
 
 ROUND_OFF = 1e-12  # of the torque: sums in another order
 SAME = 1e-6  # of the rms torque, what a controller is promised
-
-
-def session(path_or_bytes):
-    options = onnxruntime.SessionOptions()
-    options.intra_op_num_threads = options.inter_op_num_threads = 1
-    options.log_severity_level = 3
-    return onnxruntime.InferenceSession(path_or_bytes, options, providers=["CPUExecutionProvider"])
 
 
 def theory(a, loads=None):
@@ -68,55 +54,6 @@ def fed(exported, motion, dtype=np.float64):
 def exported(hybrid, tmp_path_factory):
     path = tmp_path_factory.mktemp("exported") / "hybrid.onnx"
     return export_onnx(hybrid, path, digest="abc"), path
-
-
-OPERATIONS = {
-    "arithmetic": lambda x: (2 - x) * x / (x.abs() + 1) + x**2 - x**3 + x**4 / 3 + 1 / (2 + x**2) - (-x),
-    "powers": lambda x: (x.abs() + 0.1) ** 0.5 + (x.abs() + 1) ** -1.5 + 2.0**x + torch.rsqrt(x.abs() + 1),
-    "functions": lambda x: torch.tanh(x) + torch.sin(x) * torch.cos(x) + torch.exp(x) + torch.log10(1 + x.abs()) + torch.sigmoid(x),
-    "bounds": lambda x: torch.minimum(x.clamp(min=-0.5), x * 2) + torch.maximum(x, -x) + x.clamp(-0.2, 0.3) + x.clamp(max=0.1),
-    "comparisons": lambda x: torch.where((x > 0) & (x <= 1), x, -x) + (x != 0) * x + torch.sign(x) + torch.where(x == 0, x, 2 * x),
-    "sums": lambda x: x.sum(0, keepdim=True) + x.mean(1, keepdim=True) + x.cumsum(1) + x.std(dim=0) + x.amax(1, keepdim=True),
-    "products": lambda x: x @ x.T @ x + torch.einsum("ij,kj->ik", x, x) @ x + torch.bmm(x[None], x.T[None])[0] @ x,
-    "shapes": lambda x: torch.cat([x.flip(0), x[1:, :]]).T.reshape(-1)[:9].view(3, 3) + torch.stack([x[0], x[2], x[1]]) + x.expand(3, 3),
-    "indices": lambda x: x[torch.tensor([2, 0, 1])] + x[:, torch.tensor([1, 1, 0])],
-    "complex": lambda x: (torch.exp(1j * x) * (x + 2j * x) / (1 + 1j * x)).imag + torch.exp(1j * x).real * (x + 1j * x).abs(),
-    "lengths": lambda x: torch.hypot(x, x + 1) + torch.hypot(torch.ones_like(x), x / 3),
-}
-
-
-def in_place(x):
-    y = torch.zeros(3, 4, dtype=torch.float64)
-    y[:, 1] = x[:, 0]
-    y[0, 2:] += x[0, :2]
-    y.mul_(2)
-    return y[:, :3] + x.clone().fill_(1.5)
-
-
-@pytest.mark.parametrize("function", [*OPERATIONS.values(), in_place], ids=[*OPERATIONS, "in place"])
-def test_what_torch_does_is_recorded_exactly(function):
-    g = torch.Generator().manual_seed(1)
-    first, *others = (torch.randn(3, 3, generator=g, dtype=torch.float64) for _ in range(6))
-    program, (values,) = trace(lambda x: (function(x),), [first])
-    got = program.evaluate(list(values.ravel()), np.stack([x.numpy().ravel() for x in others]))
-    for row, x in zip(got, others, strict=True):
-        np.testing.assert_allclose(row, function(x).numpy().ravel(), rtol=1e-12, atol=1e-13)
-    made = session(onnx_model(program, {"x": (3, 3)}, {"y": values}, np.float64, 18, {}).SerializeToString())
-    for x in others:
-        np.testing.assert_allclose(made.run(None, {"x": x.numpy()})[0], function(x).numpy(), rtol=1e-12, atol=1e-13)
-
-
-def test_an_operation_without_a_rule_is_named():
-    with pytest.raises(ModelError, match="cummax"):
-        trace(lambda x: (x.cummax(0).values,), [torch.ones(2, dtype=torch.float64)])
-
-
-def test_equal_products_are_made_once_and_constants_folded():
-    program = Program(2)
-    a, b = program.input(0), program.input(1)
-    assert program.mul(a, b).key == program.mul(b, a).key
-    assert program.apply("tanh", 0.0) == 0.0
-    assert len(program.atoms) == 3
 
 
 @pytest.mark.parametrize("keys", [{}, {"gravity_m_s2": 9.81}, {"drive": {"kind": "remote", "pulley_ratio": 1.5}},
@@ -176,20 +113,6 @@ def test_the_sidecar_says_how_to_feed_it(exported):
     assert json.loads(session(path).get_modelmeta().custom_metadata_map["nnhydro"]) == told
 
 
-def test_bounds_are_one_operation_and_the_square_of_a_root_is_none():
-    bounded = {"symmetric": (lambda x: x.clamp(-0.3, 0.3) * 2, "Clip"), "from zero": (lambda x: (3 * x).clamp(0.0, 0.5) + x, "Clip"),
-               "uneven": (lambda x: x.clamp(-0.2, 0.3), "Min"), "the wrong way round": (lambda x: x.clamp(min=0.5).clamp(max=-0.5), "Min")}
-    x = torch.tensor([-2.0, -0.25, 1e-9, 0.25, 2.0], dtype=torch.float64)
-    for name, (function, operation) in bounded.items():
-        program, (values,) = trace(lambda x, function=function: (function(x),), [x])
-        model = onnx_model(program, {"x": (5,)}, {"y": values}, np.float64, 18, {})
-        assert operation in {node.op_type for node in model.graph.node}, name
-        got = session(model.SerializeToString()).run(None, {"x": x.numpy()})[0]
-        np.testing.assert_allclose(got, function(x).numpy(), rtol=1e-15, err_msg=name)
-    program, (values,) = trace(lambda x: (torch.sqrt(x.abs() + 1) ** 2,), [x])
-    assert not {"sqrt", "mul"} & {program.atoms[k].kind for k in program.dependencies(list(values))}
-
-
 @pytest.mark.slow
 def test_values_that_nobody_asks_for_any_more_are_left_behind(hybrid, exported):
     import onnx
@@ -205,21 +128,6 @@ def test_the_strips_are_not_one_large_matrix_of_zeros(exported):
 
     graph = onnx.load(exported[1]).graph
     assert sum(int(np.prod(x.dims)) for x in graph.initializer) < 250_000
-
-
-class InNumpy(TorqueModel):
-    """A model that leaves torch on the way."""
-
-    def torque(self, motion):
-        return torch.from_numpy(NormalDrag((1.0, 1.0)).torque(Flow(self.arm, motion)).numpy().copy())
-
-    def document(self):
-        return {}
-
-
-def test_a_model_that_computes_outside_torch_is_refused():
-    with pytest.raises(ModelError, match="outside torch"):
-        record_step(InNumpy(arm(2), GIVEN, {}))
 
 
 @pytest.mark.slow

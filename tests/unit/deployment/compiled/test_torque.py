@@ -5,57 +5,25 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
+from compiled_models import EQUAL, WITHOUT_MEMORY, assert_equal, model_of, one_by_one
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rigs import LINKS, arm, run, states
 
 from nnhydro.deployment.compiled import engines
 from nnhydro.deployment.compiled.torque import WORTH, CompiledModel, compile_model, quickest
-from nnhydro.errors import ConfigError, MissingExtraError, ModelError
+from nnhydro.errors import ModelError
 from nnhydro.models.baselines import BASELINES, baseline
 from nnhydro.models.prediction import predict
 from nnhydro.models.storage import load_model, save_model
-from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
-from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.load_term import term_kinds
 from nnhydro.physics.loads.history_force import HistoryForce
-from nnhydro.physics.loads.rigid_body import RigidBody
 from nnhydro.physics.motion import Motion
-from nnhydro.physics.travel.term import TravelTerm
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.filtering.preprocessing import Preparation
 from nnhydro.recordings.recording import Recording
-
-EQUAL = 1e-12  # of the largest torque: a few hundred roundings in another order
-WITHOUT_MEMORY = [kind for kind, cls in term_kinds().items() if not issubclass(cls, (TravelTerm, HistoryForce))]
-
-
-def model_of(a, name="constant", loads=None):
-    return StripTheory(a, Preparation(None), {}, name, loads or baseline(name).start(a))
-
-
-def assert_equal(made, motion):
-    got, want = made.torque(motion), made.model.torque(motion)
-    assert float((got - want).abs().max()) <= EQUAL * float(want.abs().max())
-
-
-def one_by_one(made, motion):
-    """The torques of `step`, state by state."""
-    columns = torch.cat([motion.q, motion.qd, motion.qdd, motion.u0[:, None], motion.du0[:, None]], dim=1)
-    return torch.tensor([made.step(*row) for row in columns.tolist()], dtype=torch.float64)
-
-
-@pytest.mark.parametrize("kind", WITHOUT_MEMORY)
-@pytest.mark.parametrize("links", [1, 2, 3])
-def test_every_term_without_a_memory_is_compiled(kind, links):
-    a = arm(links, gravity_m_s2=0.3)
-    loads = Loads({"rigid_body": RigidBody.of_arm(a)}).plus("term", term_kinds()[kind].at_start(a))
-    made = compile_model(model_of(a, loads=loads), "numpy")
-    assert_equal(made, states(links, 200))
-    torch.testing.assert_close(one_by_one(made, states(links, 20)), made.model.torque(states(links, 20)), rtol=1e-11, atol=1e-11)
-
 
 DRIVES = {"direct": {}, "belt": {"drive": {"kind": "remote", "pulley_ratio": 1.5}},
           "gears": {"gear": {"ratio": 25.0, "efficiency": 0.8, "torque_at": "motor"}}}
@@ -112,17 +80,6 @@ def test_a_friction_that_needs_more_than_arithmetic_is_compiled_by_numba():
     assert_equal(compile_model(model_of(a, loads=Loads(terms)), "numba"), states(2, 2000))
 
 
-def test_the_sine_of_numba_is_exact_to_rounding():
-    numba = pytest.importorskip("numba")
-    from nnhydro.deployment.compiled import sine
-
-    both = numba.vectorize(["float64(float64)"])(lambda x: sine.sin(x)), numba.vectorize(["float64(float64)"])(lambda x: sine.cos(x))
-    for reach in (1.6, 30.0, 1e4, 1e7):
-        x = np.random.default_rng(1).uniform(-reach, reach, 100_000)
-        for made, exact in zip(both, (np.sin, np.cos), strict=True):
-            assert np.abs(made(x) - exact(x)).max() < 4e-16
-
-
 def test_values_that_are_not_finite_are_not_made_finite():
     made, motion = compile_model(model_of(arm()), "numpy"), states(2, 10)
     motion.qd[3, 1] = torch.nan
@@ -158,20 +115,6 @@ def test_long_recordings_are_predicted_by_what_is_soonest_done(monkeypatch):
     assert quickest(state, many) is state
 
 
-def test_without_numba_numpy_is_the_engine_and_travel_asks_for_numba(monkeypatch):
-    monkeypatch.setattr(engines, "find_spec", lambda name: None)
-    assert compile_model(model_of(arm())).engine == "numpy"
-    with pytest.raises(ModelError, match=r"pip install 'nnhydro\[fast\]'"):
-        compile_model(model_of(arm(), "state"))
-    with pytest.raises(MissingExtraError, match=r"pip install 'nnhydro\[fast\]'"):
-        compile_model(model_of(arm()), "numba")
-
-
-def test_an_unknown_engine_is_refused():
-    with pytest.raises(ConfigError, match="engine 'fortran': one of numba, numpy"):
-        compile_model(model_of(arm()), "fortran")
-
-
 def test_a_term_that_remembers_in_another_way_is_refused():
     a = arm()
     loads = baseline("constant").start(a).plus("history", HistoryForce.at_start(a))
@@ -189,14 +132,3 @@ def test_what_is_no_sum_of_load_terms_is_refused():
 
     with pytest.raises(ModelError, match="only physics models"):
         compile_model(Other(arm(), Preparation(None), {}))
-
-
-@pytest.mark.slow
-def test_the_travel_is_compiled_for_runs_and_steady_rows_and_one_state_does_not_tell_it():
-    pytest.importorskip("numba")
-    made = compile_model(model_of(arm(), "state"))
-    with pytest.raises(ModelError, match="travel s/D, which one state does not tell"):
-        made.step(*[0.1] * 8)
-    assert_equal(made, run(2, 400))
-    assert Flow(arm(), states(2, 50)).motion.steady
-    assert_equal(made, states(2, 50))

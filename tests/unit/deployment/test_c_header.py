@@ -1,0 +1,80 @@
+"""The header, compiled by the C compiler, gives the model's torques over 100,000 steps."""
+
+import numpy as np
+import pytest
+from rigs import arm
+from stepped import MODELS, SAME, compiled, driven, hundred_thousand, largest_error, long_run, model_of, theory, towed
+
+from nnhydro.deployment.c_header import export_c
+from nnhydro.deployment.native import compiler
+from nnhydro.physics.travel.state_model import state_loads
+
+pytestmark = pytest.mark.skipif(compiler() is None, reason="no C compiler here")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("precision", ["double", "single"])
+@pytest.mark.parametrize("name", MODELS)
+def test_a_hundred_thousand_steps_in_c_are_the_model_s_torques(name, precision, tmp_path):
+    model, motion, want = hundred_thousand(name)
+    told = export_c(model, tmp_path / "arm.h", precision)
+    assert largest_error(driven(tmp_path, motion, precision, told["std"]), want) < SAME[precision]
+
+
+def written(model, folder, precision, flags=()):
+    """The header of `model` in C, as a function of a motion."""
+    return compiled(folder, precision, export_c(model, folder / "arm.h", precision)["std"], flags)
+
+
+@pytest.mark.slow(seconds=35)
+@pytest.mark.parametrize("name", ["hybrid", "hybrid on state", "with memory"])
+def test_a_hybrid_is_written_as_loops_and_gives_the_same_over_a_hundred_thousand_steps(name, tmp_path):
+    (model, motion, want), slow = hundred_thousand(name), towed(4500)
+    flags = () if name == "hybrid on state" else ("-DNO_DISPATCH",)  # one of them for each kind of processor, which takes gcc longer
+    at_tow = model.torque(slow).numpy()
+    for precision in ("double", "single"):
+        torques = written(model, tmp_path, precision, flags)
+        assert "static NOINLINE void plain_loop" in (tmp_path / "arm.h").read_text()
+        far = largest_error(torques(motion), want)
+        assert far < SAME[precision], f"{precision}: {far:.1e}"
+        for widest in (1, 0) if not flags else ():
+            assert largest_error(torques(motion.rows(slice(6000)), widest), want[:6000]) < SAME[precision]
+        assert largest_error(torques(slow), at_tow) < SAME[precision]
+
+
+def test_the_net_that_remembers_carries_more_than_a_tenth_of_the_torque():
+    motion = long_run(2000)
+    assert largest_error(model_of("with memory").torque(motion).numpy(), model_of("hybrid").torque(motion).numpy()) > 0.1
+
+
+@pytest.mark.slow
+def test_a_slow_tow_in_single_precision_forgets_no_travel(tmp_path):
+    model, motion = model_of("state"), towed(4500)
+    told = export_c(model, tmp_path / "arm.h", "single")
+    assert "double memory[" in (tmp_path / "arm.h").read_text()
+    want = model.torque(motion).numpy()
+    far = largest_error(driven(tmp_path, motion, "single", told["std"]), want)
+    assert far < SAME["single"], f"{far:.1e}: with travel added up in single precision it is 9e-5"
+
+
+@pytest.mark.slow
+def test_the_header_says_what_it_is_and_comes_with_steps_to_try_it(tmp_path):
+    a = arm(2)
+    told = export_c(theory(a, state_loads(a)), tmp_path / "my arm.h", digest="abc")
+    text = (tmp_path / "my arm.h").read_text()
+    assert "my_arm_step(my_arm_state *s" in text
+    assert "malloc" not in text
+    assert "abc" in text
+    rows = np.genfromtxt(tmp_path / "my arm.h.test.csv", delimiter=",", names=True)
+    assert rows.dtype.names[-2:] == ("tau1_Nm", "tau2_Nm")
+    assert (rows["dt_s"] < 0).sum() == 2
+    assert told["memory"] == 2 * 10 * 6 + 2 * 3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["state", "sheltered"])
+def test_a_few_hundred_steps_in_c_are_the_model_s_torques(name, tmp_path):
+    model, motion = model_of(name), long_run(300)
+    told = export_c(model, tmp_path / "arm.h")
+    want = model.torque(motion).numpy()
+    assert largest_error(driven(tmp_path, motion, "double", told["std"]), want) < SAME["double"]
