@@ -15,7 +15,6 @@ from rigs import arm
 
 import nnhydro.cli
 from nnhydro.cli.main import run
-from nnhydro.cli.terminal import output, progress
 
 SLOW = pytest.mark.slow  # they draw figures
 COMMANDS = sorted(path.stem for path in Path(nnhydro.cli.__file__).parent.glob("*.py") if path.stem not in ("__init__", "main"))
@@ -96,31 +95,11 @@ def test_a_wide_table_is_not_cut_where_it_is_piped(place):
     assert "…" not in text
 
 
-def test_units_in_brackets_survive_in_headings(capsys):
-    output.table("time [s]", ["fit [s]", "[bold]"], [["[red]1", "2"]])
-    out = capsys.readouterr().out
-    for text in ("time [s]", "fit [s]", "[bold]", "[red]1"):
-        assert text in out
-
-
 def test_one_quiet_run_does_not_hush_the_next(place, capsys):
     run(["check", str(place / "campaign"), "-q"])
     capsys.readouterr()
     run(["check", str(place / "campaign")])
     assert len(capsys.readouterr().out.splitlines()) > 5
-
-
-def test_progress_tells_the_time_left_once_it_has_a_pace(capsys, monkeypatch):
-    clock = iter([0.0, 10.0, 20.0, 30.0, 40.0])
-    monkeypatch.setattr(progress.time, "monotonic", lambda: next(clock))
-    with progress.steps_on_screen(4) as report:
-        for step in ("fold 1: constant", "fold 1: network", "fold 1: network, epoch 10/40", "fold 2: constant"):
-            report(step)
-    lines = capsys.readouterr().err.splitlines()
-    assert lines[0] == "fold 1: constant"
-    assert lines[1] == "fold 1: network (about 30 s left)"
-    assert len(lines) == 3, "news of a step under way is no line of its own"
-
 
 
 @pytest.mark.parametrize("arguments", [[], ["--help"]])

@@ -1,44 +1,16 @@
 """From a recipe to a campaign: sensors as asked, the same bytes for the same seed, readable by the rest, clear refusals."""
 
-import copy
-import warnings
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-import yaml
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from tank_recipes import BASE, recipe
 
 from nnhydro.errors import NnhydroError
-from nnhydro.physics.load_term import term_kinds
 from nnhydro.recordings.campaign import open_campaign
 from nnhydro.recordings.readers.files import read_recording
 from nnhydro.simulation.campaign_writer import record_runs, runs, write_campaign
-from nnhydro.simulation.recipe.recipe import Recipe, parse_recipe, read_recipe
-from nnhydro.simulation.sensors import Sensors, record
-
-LINK = {"length_m": 0.5, "diameter_m": 0.06, "mass_kg": 1.2, "com_m": 0.25, "inertia_kg_m2": 0.025}
-BASE: dict[str, Any] = {
-    "schema": "nnhydro/recipe/1", "seed": 3, "sample_rate_hz": 100,
-    "arm": {"fluid": {"density_kg_m3": 1000.0}, "links": [LINK, LINK]},
-    "terms": {"normal_drag": {"C_D": [1.0, 0.9]}, "added_mass": {"C_M": 0.8}},
-    "sensors": {"torque_noise_Nm": 0.02, "encoder_counts_per_rev": 65536},
-    "motions": [
-        {"kind": "slew", "name": "reach", "q_rad": [[0, 0], [1, -0.5]], "duration_s": 1.5},
-        {"kind": "fourier", "name": "swim", "q_rad": [0, 0.3], "duration_s": 6, "reach_rad": 1.0, "rate_rad_s": 1.5,
-         "carriage": {"u0_m_s": 0.3, "ramp_s": 0}},
-        {"kind": "steady", "name": "grid", "u0_m_s": [0.3, 0.8], "q_rad": [[-0.5, 0.0, 0.5], [0.2]]},
-        {"kind": "tow", "name": "last", "q_rad": [0.3, 0.1], "hold_s": 1, "carriage": {"u0_m_s": 0.5}},
-    ],
-    "unseen": ["last"],
-}
-BELT = {**BASE["arm"], "drive": {"kind": "remote", "pulley_ratio": 1.5, "angle2": "absolute"}}
-
-
-def recipe(**changes: Any) -> Recipe:
-    return parse_recipe({**copy.deepcopy(BASE), **changes}, "recipe", Path())
+from nnhydro.simulation.recipe.recipe import parse_recipe, read_recipe
 
 
 def contents(folder: Path) -> dict[str, bytes]:
@@ -94,85 +66,6 @@ def test_a_recording_does_not_depend_on_which_others_there_are_or_on_their_order
             np.testing.assert_array_equal(x, (all_four[name].motion | all_four[name].torque)[column])
 
 
-def test_the_noise_is_as_strong_as_asked() -> None:
-    long = [{"kind": "rotation", "name": "turn", "q_rad": [0, 0], "dq_rad_s": [0.5, 0.2], "hold_s": 100.0}]
-    made = recipe(motions=long, unseen=[], sensors={"torque_noise_Nm": [0.03, 0.0], "torque_noise_share": [0.0, 0.05]})
-    (seen,) = record_runs(made)
-    noise = np.column_stack(list(seen.torque.values())) - seen.clean
-    wanted = [0.03, 0.05 * np.sqrt((seen.clean[:, 1] ** 2).mean())]
-    np.testing.assert_allclose(noise.std(axis=0), wanted, rtol=0.04)  # three standard errors of 10 000 samples
-    assert abs(np.corrcoef(noise[1:, 0], noise[:-1, 0])[0, 1]) < 0.04
-
-
-def _noiseless(**sensors: Any) -> tuple[Any, Any]:
-    """The run of a slew and what the sensors record of it."""
-    made = recipe(motions=BASE["motions"][:1], unseen=[], sensors=sensors)
-    (run,) = runs(made)
-    return run, record(run, made.arm, made.settings.sensors, made.settings.steps, np.random.default_rng(0))
-
-
-def test_encoders_count_in_steps_and_perfect_sensors_read_the_truth() -> None:
-    run, perfect = _noiseless()
-    np.testing.assert_allclose(perfect.torque["tau1_Nm"], run.tau[::10, 0], atol=1e-12)
-    np.testing.assert_allclose(perfect.motion["q1_rad"], run.state.q[::10, 0], atol=1e-12)
-    _, coarse = _noiseless(encoder_counts_per_rev=360)
-    counts = np.degrees(coarse.motion["q1_rad"])
-    np.testing.assert_allclose(counts, np.round(counts), atol=1e-9)
-    assert np.abs(coarse.motion["q1_rad"] - perfect.motion["q1_rad"]).max() <= np.pi / 360 + 1e-12
-
-
-def test_torque_arrives_late_biased_and_smoothed_as_asked() -> None:
-    run, late = _noiseless(torque_delay_s=0.03, torque_bias_Nm=[0.5, -0.2])
-    np.testing.assert_allclose(late.torque["tau1_Nm"][3:], run.tau[::10, 0][:-3] + 0.5, atol=1e-9)
-    _, slow = _noiseless(torque_low_pass_hz=5.0, torque_low_pass_order=1)
-    lag = 1 / (2 * np.pi * 5.0)  # s, of a first-order low-pass at low frequencies
-    t = slow.motion["t_s"]
-    smooth = np.interp(t - lag, run.t, run.tau[:, 0])
-    assert np.abs(slow.torque["tau1_Nm"] - smooth).max() < 0.1 * np.abs(run.tau[:, 0]).max()
-    assert np.abs(slow.torque["tau1_Nm"] - smooth).max() < 0.5 * np.abs(slow.torque["tau1_Nm"] - run.tau[::10, 0]).max()
-
-
-def test_jitter_and_dropouts_change_which_instants_are_seen_not_the_motion() -> None:
-    run, seen = _noiseless(jitter_s=5e-4, dropout_share=0.2, dropout_s=0.05, velocities=True, accelerations=True)
-    t = seen.motion["t_s"]
-    assert (np.diff(t) > 0).all()
-    assert 0.65 < len(t) / len(run.t[::10]) < 0.95
-    np.testing.assert_allclose(seen.motion["q2_rad"], np.interp(t, run.t, run.state.q[:, 1]), atol=2e-6)
-    np.testing.assert_allclose(seen.motion["dq2_rad_s"], np.interp(t, run.t, run.state.qd[:, 1]), atol=2e-5)
-
-
-def test_behind_a_belt_the_second_channel_is_the_motors_angle_and_the_sensors_see_motor_torques(tmp_path: Path) -> None:
-    made = recipe(arm=BELT, sensors={"velocities": True})
-    write_campaign(made, tmp_path / "tank")
-    direct = {run.name: run for run in runs(recipe())}["reach"]
-    table = np.genfromtxt(tmp_path / "tank/recordings/reach.csv", delimiter=",", names=True)
-    np.testing.assert_allclose(table["q2_rad"], direct.state.q[::10, 0] + direct.state.q[::10, 1] / 1.5, atol=1e-8)
-    np.testing.assert_allclose(table["tau1_Nm"], (direct.tau[:, 0] - 1.5 * direct.tau[:, 1])[::10], atol=1e-8)
-    read = open_campaign(tmp_path / "tank").load("reach")
-    np.testing.assert_allclose(read.q, direct.state.q[::10], atol=1e-8)
-    assert read.qd is not None
-    np.testing.assert_allclose(read.qd, direct.state.qd[::10], atol=1e-7)
-
-
-def test_steady_means_scatter_less_the_longer_the_run_and_their_std_is_the_sensors() -> None:
-    grid = {"kind": "steady", "name": "grid", "u0_m_s": np.linspace(0.3, 1.2, 400).tolist(), "q_rad": [[0.1], [0.2]], "duration_s": 1.0}
-    (table,) = record_runs(recipe(motions=[grid], unseen=[], sensors={"torque_noise_Nm": 0.1}))
-    assert np.std(table.torque["tau1_Nm"] - table.clean[:, 0]) == pytest.approx(0.01, rel=0.15)
-    assert table.torque["tau1_std_Nm"].mean() == pytest.approx(0.1, rel=0.02)
-
-
-@pytest.mark.parametrize("kind", sorted(term_kinds()))
-def test_every_load_term_can_be_part_of_the_truth(kind: str) -> None:
-    (run,) = runs(recipe(motions=BASE["motions"][:1], unseen=[], terms={kind: "start"}))
-    assert np.isfinite(run.tau).all()
-
-
-def test_a_term_may_stand_there_twice_under_names_of_its_own() -> None:
-    plain = recipe(terms={"normal_drag": {"C_D": 1.0}})
-    two = recipe(terms={"near": {"kind": "normal_drag", "C_D": 0.4}, "far": {"kind": "normal_drag", "C_D": [0.6, 0.6]}})
-    np.testing.assert_allclose(next(runs(two)).tau, next(runs(plain)).tau, atol=1e-12)
-
-
 @pytest.mark.slow
 def test_a_controlled_campaign_comes_from_the_same_recipe(tmp_path: Path) -> None:
     short = {"kind": "slew", "name": "reach", "q_rad": [[0, 0], [0.3, -0.15]], "duration_s": 0.3, "rest_s": 0.05}
@@ -180,40 +73,6 @@ def test_a_controlled_campaign_comes_from_the_same_recipe(tmp_path: Path) -> Non
     (run,) = runs(made)
     followed = made.references["reach"].at(run.t).q
     assert 1e-3 < np.abs(run.state.q - followed).max() < 0.3
-
-
-def _without(key: str) -> dict[str, Any]:
-    return {k: v for k, v in BASE.items() if k != key}
-
-
-@pytest.mark.parametrize(("document", "message"), [
-    ({**BASE, "sead": 1}, "recipe: unknown key 'sead': did you mean 'seed'"),
-    (_without("arm"), "key 'arm' is missing"),
-    ({**BASE, "terms": {"normal_drg": {"C_D": 1}}}, "terms.normal_drg: 'normal_drg' is not a load term: did you mean 'normal_drag'"),
-    ({**BASE, "terms": {"normal_drag": {"C_D": [1, 2, 3]}}}, r"terms.normal_drag.C_D: 3 number\(s\) for this arm: give 2"),
-    ({**BASE, "terms": {"normal_drag": {"C_D": float("nan")}}}, "terms.normal_drag.C_D: nan is not a finite number"),
-    ({**BASE, "terms": {"normal_drag": {"C_D": -1}}}, "outside what physics allows"),
-    ({**BASE, "terms": {"normal_drag": {}}}, "C_D is missing: cross-flow drag coefficient"),
-    ({**BASE, "terms": {"normal_drag": {"C_D": 1, "cd": 2}}}, "unknown key 'cd' of normal_drag: did you mean 'C_D'"),
-    ({**BASE, "terms": {"added_mass": {"C_M": 1, "reading": "odd"}}}, "terms.added_mass: .*'odd' is not one of document"),
-    ({**BASE, "limits": {"q_rad": [[-1, 0.8], [-2, 2]]}}, "motion 'reach': q1_rad = .* at t = .* is outside the limits -1 to 0.8"),
-    ({**BASE, "limits": {"u0_m_s": 0.2}}, "motion 'swim': u0_m_s = 0.3"),
-    ({**BASE, "motions": [BASE["motions"][0]] * 2, "unseen": []}, "two motions are called 'reach'"),
-    ({**BASE, "unseen": ["nobody"]}, "unseen: 'nobody' is not a motion"),
-    ({**BASE, "controller": "pid"}, "controller: must be 'none' or a mapping"),
-    ({**BASE, "controller": {"kind": "pd", "kp": [1, 2, 3], "kd": 1}}, "controller.kp: 3 numbers for an arm of 2"),
-    ({**BASE, "controller": {"kind": "pd", "kp": 1, "kd": 1, "rate_hz": 333}}, "rate_hz must divide"),
-    ({**BASE, "sensors": {"jitter_s": 0.005}}, "sensors.jitter_s: .* more than a tenth of a sample"),
-    ({**BASE, "sensors": {"torque_low_pass_hz": 600}}, "torque_low_pass_hz: must be below"),
-    ({**BASE, "sensors": {"torque_noise_Nm": [1, 2, 3]}}, "sensors.torque_noise_Nm: 3 numbers"),
-    ({**BASE, "seed": -1}, "seed"),
-    ({**BASE, "arm": "nowhere.yaml"}, "nowhere.yaml: cannot be read"),
-    ({**BASE, "sample_rate_hz": 10000, "motions": [{**BASE["motions"][3], "hold_s": 3600}]}, "too many steps"),
-])
-def test_a_recipe_that_cannot_be_is_refused_in_one_line(document: dict[str, Any], message: str) -> None:
-    with pytest.raises(NnhydroError, match=message) as caught:
-        parse_recipe(copy.deepcopy(document), "recipe", Path())
-    assert "\n" not in str(caught.value)
 
 
 def test_a_folder_of_somebody_else_is_left_alone(tmp_path: Path) -> None:
@@ -233,52 +92,3 @@ def test_a_failing_simulation_leaves_nothing_behind(tmp_path: Path, monkeypatch:
     with pytest.raises(NnhydroError, match="runs away"):
         write_campaign(bad, tmp_path / "tank")
     assert contents(tmp_path) == before
-
-
-SCALAR = st.one_of(st.none(), st.booleans(), st.integers(-10**400, 10**400), st.floats(), st.text(max_size=5), st.sampled_from(
-    ["start", "arm", "none", "pd", "slew", "tow", "fourier", "file", "steady", "rotation"]))
-ANYTHING = st.recursive(
-    SCALAR, lambda inner: st.one_of(st.lists(inner, max_size=3), st.dictionaries(st.text(max_size=5), inner, max_size=3)), max_leaves=6)
-
-
-def _paths(node: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
-    items = node.items() if isinstance(node, dict) else enumerate(node) if isinstance(node, list) else ()
-    return [path, *(p for key, value in items for p in _paths(value, (*path, key)))]
-
-
-def _verdict(document: dict[str, Any]) -> str:
-    """Empty where the recipe is understood; anything but a NnhydroError passes through."""
-    try:
-        parse_recipe(document, "recipe", Path("/nonexistent"))
-    except NnhydroError as error:
-        return str(error)
-    return ""
-
-
-@pytest.mark.slow
-@given(st.sampled_from(_paths(BASE)[1:]), ANYTHING, st.text(max_size=6))
-@settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.too_slow])
-def test_whatever_stands_in_a_recipe_it_is_understood_or_refused_in_one_line(path: tuple[Any, ...], value: Any, extra: str) -> None:
-    document = copy.deepcopy(BASE)
-    node: Any = document
-    for key in path[:-1]:
-        node = node[key]
-    if isinstance(node, dict) and len(extra) == 3:
-        node[extra] = value
-    else:
-        node[path[-1]] = value
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        assert "\n" not in _verdict(document)
-
-
-def test_the_recipe_of_the_manual_works_as_it_stands(tmp_path: Path) -> None:
-    path = Path(__file__).parents[3] / "docs/examples/two_link_tank.yaml"
-    made = write_campaign(read_recipe(path), tmp_path / "tank")
-    assert len(made) == 8
-    assert yaml.safe_load((tmp_path / "tank/recipe.yaml").read_text())["seed"] == 1
-    assert len(open_campaign(tmp_path / "tank").names) == 6
-
-
-def test_sensors_default_to_perfect() -> None:
-    assert not Sensors().noise_std(np.ones((5, 2))).any()

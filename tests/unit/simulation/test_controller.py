@@ -1,11 +1,10 @@
 """Controllers in the simulator: what each is for, models inside, memory of truth and model, sampling, delay, saturation, encoders."""
 
-from typing import Any
-
 import numpy as np
 import pytest
 import torch
 from campaigns import GIVEN, planted
+from controlled_runs import SLEW, run
 from rigs import arm
 
 from nnhydro.dynamics.dynamics import Dynamics
@@ -14,28 +13,15 @@ from nnhydro.errors import ConfigError, ModelError
 from nnhydro.models.storage import save_model
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.flow import Flow
-from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.motion import Motion, tensor
 from nnhydro.physics.travel.state_model import state_loads
 from nnhydro.simulation.controller import Controller
-from nnhydro.simulation.forward import run_controlled
-from nnhydro.simulation.motions.motion_kind import Setting, TimedMotion, motion_of
-from nnhydro.simulation.plant import Plant, require_steps
+from nnhydro.simulation.motions.motion_kind import Setting, motion_of
+from nnhydro.simulation.plant import require_steps
 from nnhydro.simulation.recipe.true_loads import true_loads
 from nnhydro.simulation.run import Run
 
-SLEW = {"kind": "slew", "name": "m", "q_rad": [[0.0, 0.2], [0.8, -0.5]], "duration_s": 0.8, "rest_s": 0.0}
-RATE, HOLD = 100.0, 1
 QUICK = 200.0  # Hz, of controllers that are unstable or loose where they are sampled at RATE
-
-
-def run(loads: Loads, folder=None, motion: dict[str, Any] = SLEW, rate: float = RATE, **settings: Any) -> Run:
-    of = arm(2)
-    made = motion_of(motion, "recipe")
-    assert isinstance(made, TimedMotion)
-    reference = made.reference(Setting(of, np.random.default_rng(0), None))
-    law = Controller(**settings).torque_law(of, rate / HOLD, folder)
-    return run_controlled({"m": reference}, Plant(of, loads), law, rate, HOLD)[0]
 
 
 def worst(r: Run) -> float:
@@ -92,32 +78,6 @@ def test_an_integral_takes_away_what_a_steady_load_leaves():
     goal = np.array([0.01, 0.2])
     off, left = (np.abs(r.state.q[-40:].mean(axis=0) - goal).max() for r in (plain, integral))
     assert left < 0.5 * off
-
-
-def test_an_integral_stands_still_while_the_torque_is_clipped():
-    r = run(planted(arm(2)), kind="pid", kp=40.0, kd=4.0, ki=100.0, torque_limit_Nm=[2.0, 0.5])
-    assert np.abs(r.tau).max(axis=0).tolist() == [2.0, 0.5]
-    assert np.abs(r.state.q).max() < 1.2
-
-
-@pytest.mark.slow
-def test_a_delay_shifts_the_torque_by_whole_periods():
-    a = arm(2)
-    plain, late = (run(planted(a), kind="pd", kp=40.0, kd=4.0, delay_s=delay) for delay in (0.0, 0.01))
-    np.testing.assert_array_equal(late.tau[:2], 0.0)
-    first = np.flatnonzero(plain.tau.any(axis=1))[0]
-    assert np.flatnonzero(late.tau.any(axis=1))[0] == first + round(0.01 * RATE)
-    with pytest.raises(ConfigError, match="no whole number of periods"):
-        run(planted(a), kind="pd", kp=40.0, kd=4.0, delay_s=0.003)
-
-
-@pytest.mark.slow
-def test_a_coarse_encoder_makes_the_torque_rough():
-    a = arm(2)
-    coarse, fine, ideal = (run(planted(a), kind="computed_torque", model="textbook", kp=100.0, kd=20.0, encoder_counts_per_rev=n).tau
-                           for n in (1024, 2**22, None))
-    assert np.abs(np.diff(coarse, n=2, axis=0)).mean() > 3 * np.abs(np.diff(fine, n=2, axis=0)).mean()
-    assert np.abs(fine - ideal).max() < 0.3 * np.abs(ideal).max()
 
 
 def test_what_does_not_fit_is_refused_in_one_line(tmp_path):

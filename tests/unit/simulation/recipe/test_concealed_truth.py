@@ -2,86 +2,45 @@
 
 import copy
 import warnings
-from dataclasses import replace
 
 import numpy as np
 import pytest
+from concealed_worlds import (
+    ARM,
+    GAINS,
+    QUICK,
+    RATE,
+    SLEW,
+    SMALL,
+    STILL,
+    knows_all_but_what_is_hidden,
+    law,
+    recipe,
+    reference,
+    truth,
+    whole_run,
+    world,
+)
 
 from nnhydro.blind_tests.conceal import write_concealed
 from nnhydro.blind_tests.truth import registry
-from nnhydro.blind_tests.truth.arms import document
-from nnhydro.blind_tests.truth.campaign import MORNING, Wish, World, draw_campaign
+from nnhydro.blind_tests.truth.campaign import MORNING, Wish, draw_campaign
 from nnhydro.blind_tests.truth.tank import joint_torque, motor_torque, read
-from nnhydro.blind_tests.truth.world import TrueArm, TrueLink, TrueRun
+from nnhydro.blind_tests.truth.world import TrueArm
 from nnhydro.cli.main import run as command
 from nnhydro.diagnosis.calibration.planned_campaign import baseline_recipe
-from nnhydro.dynamics.joint_model import joint_model
 from nnhydro.errors import ConfigError
-from nnhydro.models.strip_theory import StripTheory
-from nnhydro.physics.load_sum import Loads
-from nnhydro.physics.loads.added_mass import AddedMass
-from nnhydro.physics.loads.normal_drag import NormalDrag
-from nnhydro.physics.loads.rigid_body import RigidBody
 from nnhydro.recordings.arm import parse_arm
 from nnhydro.recordings.campaign import open_campaign
-from nnhydro.recordings.filtering.preprocessing import Preparation
 from nnhydro.simulation.campaign_writer import record_runs, runs, write_campaign
-from nnhydro.simulation.concealed_arm import ConcealedArm
-from nnhydro.simulation.controller import Controller
-from nnhydro.simulation.motions.motion_kind import Setting, motion_of
-from nnhydro.simulation.native_loop import stepped_once, track
-from nnhydro.simulation.recipe.concealed_truth import ConcealedTruth
+from nnhydro.simulation.native_loop import track
 from nnhydro.simulation.recipe.recipe import parse_recipe, read_recipe
 from nnhydro.simulation.sensors import Sensors, record
-from nnhydro.simulation.torque_law import Inside
 
-ARM = TrueArm((TrueLink(0.55, 0.07, 1.1, 0.27, 0.026, 1.1, 0.8), TrueLink(0.45, 0.06, 1.4, 0.22, 0.024, 0.9, 0.9)))
-SLEW = {"kind": "slew", "name": "m", "q_rad": [[-0.7, 0.8], [0.6, -0.6]], "duration_s": 0.5, "rest_s": 0.05,
-        "carriage": {"u0_m_s": 0.3, "start_s": 0.05, "ramp_s": 0.2}}
-STILL = {**SLEW, "carriage": {"u0_m_s": 0.0}}
-GAINS = {"kp": 100.0, "kd": 20.0}
 REMEMBERS = {"wake_development", "flow_memory", "wake_reentry", "history_force", "vortex_shedding", "coulomb_friction",
              "stribeck_friction", "joint_elasticity", "backlash", "oscillating_mass", "flexible_mount", "unlisted:kick",
              "unlisted:cable_slap", "unlisted:warm_seal", "unlisted:slosh"}
 EVERY = [*registry.names(), *registry.names("base_form"), *registry.names("unlisted")]
-RATE, QUICK = 200.0, 100.0  # Hz
-SMALL = {"effect": "link_interference", "links": 2, "size": "small", "seed": 3}
-
-
-def world(name, share=0.5, seed=0, arm=ARM):
-    """A world that hides `name` at the geometric `share` between the sizes that physics allows; "" hides nothing."""
-    if name == "added_mass":
-        arm = TrueArm(tuple(TrueLink(**{**vars(link), "C_M": 0.0}) for link in arm.links), arm.rho, arm.nu, arm.belt)
-    hidden = []
-    if name:
-        draft = registry.makers()[name](np.random.default_rng(seed), arm)
-        hidden = [(draft.make(draft.low**(1 - share) * draft.high**share if draft.low > 0 else draft.low), 0.0)]
-    return World(arm, document(arm, 0.01), 0.01, tuple(hidden), None, None, np.zeros(2), None)
-
-
-def truth(made, seed=5):
-    return ConcealedTruth(made, parse_arm(made.stated, "arm"), seed)
-
-
-def reference(motion=SLEW, of=ARM):
-    return motion_of(motion, "recipe").reference(Setting(parse_arm(document(of, 0.01), "arm"), np.random.default_rng(0), None))
-
-
-def law(of, inside=None):
-    made = Controller(kind="computed_torque", model="textbook", **GAINS).torque_law(of.arm, RATE)
-    return made if inside is None else replace(made, inside=Inside(joint_model(inside)))
-
-
-def knows_all_but_what_is_hidden(of):
-    """The strips of nnhydro with the true masses and coefficients."""
-    links = of.world.arm.links
-    terms = {"rigid_body": RigidBody.of_arm(of.arm), "drag": NormalDrag(tuple(k.C_D for k in links)),
-             "added_mass": AddedMass(tuple(k.C_M for k in links))}
-    return StripTheory(of.arm, Preparation(None), {}, "exact", Loads(terms))
-
-
-def whole_run(name, state, rate, seed, start=MORNING):
-    return TrueRun(name, np.arange(len(state.u0)) / rate, *state, start, seed)
 
 
 @pytest.mark.slow(seconds=40)
@@ -124,62 +83,6 @@ def test_every_effect_is_simulated_along_its_motion_and_stepped_exactly_or_refus
         np.testing.assert_allclose(joint_torque(whole, of.world.arm, of.world.causes), run.tau, atol=1e-9 * np.abs(run.tau).max())
 
 
-@pytest.mark.parametrize("control", [{"kind": "pd", "kp": 40.0, "kd": 5.0}, {"kind": "pid", "kp": 40.0, "kd": 5.0, "ki": 30.0},
-                                     {"kind": "computed_torque", "model": "textbook", **GAINS},
-                                     {"kind": "sliding_mode", "model": "constant", "kp": 3.0, "boundary": 1.0}], ids=lambda c: c["kind"])
-def test_every_kind_of_controller_moves_the_arm_by_the_torques_of_its_sensors(control):
-    """Late, limited and by encoder steps; what the sensors read of the run is what the controller ordered."""
-    sees = {"encoder_counts_per_rev": 65536, "delay_s": 1 / QUICK, "torque_limit_Nm": [30.0, 6.0]}
-    of, goal = truth(world("link_interference", 0.9)), {"m": reference()}
-    made = Controller(**control, **sees).torque_law(of.arm, QUICK)
-    ordered, (read_by_sensors,) = track("m", goal["m"], of.loop_arm("m"), made, QUICK, 1), of.runs(goal, made, QUICK, 1)
-    np.testing.assert_allclose(read_by_sensors.tau, ordered.tau, atol=1e-9)
-    np.testing.assert_array_equal(ordered.tau[0], 0.0)
-    assert (np.abs(ordered.tau).max(axis=0) <= [30.0, 6.0]).all()
-    assert np.ptp(ordered.state.q[:, 0]) > 0.6
-
-
-@pytest.mark.parametrize("name", ["", "link_interference", "rotor_inertia", "load_friction", "torque_ripple", "wave_orbital"])
-def test_the_acceleration_solves_the_truths_equation(name):
-    rng = np.random.default_rng(7)
-    for seed in range(4):  # load_friction and torque_ripple may be bent in the acceleration, by the load that they follow
-        arm = truth(world(name, seed=seed)).loop_arm("m")
-        for _ in range(5):
-            q, qd, tau, (u0, du0) = *rng.normal(0, 1, (2, 2)), rng.normal(0, 3, 2), rng.normal(0, 0.3, 2)
-            qdd = arm.acceleration(q, qd, tau, u0, du0, 0.01)
-            np.testing.assert_allclose(arm.torque(q, qd, qdd, u0, du0, 0.01), tau, atol=1e-10)
-
-
-def test_torques_that_follow_the_load_are_not_taken_for_affine():
-    affine = {name: [truth(world(name, seed=seed)).affine for seed in range(6)] for name in ("load_friction", "torque_ripple", "tip_drag")}
-    assert not any(affine["load_friction"])
-    assert set(affine["torque_ripple"]) == {True, False}
-    assert all(affine["tip_drag"])
-
-
-@pytest.mark.slow
-def test_a_dry_arm_that_swings_on_a_hose_keeps_its_energy():
-    """Kinetic energy of the links and k (d^2/2 + 0.15 d^4/4) of the hose, d = q - q0, under no torque at all."""
-    dry = TrueArm(ARM.links, rho=0.0)
-    made = next(made for made in (world("umbilical_stiffness", 0.9, seed, dry) for seed in range(9)) if made.causes[0].shape == "plain")
-    arm, cause, none = truth(made).loop_arm("m"), made.causes[0], np.zeros(2)
-    k, q0, j = cause.parameters["stiffness"][0], cause.parameters["free_angle"][0], cause.joint - 1
-
-    def potential(q):
-        return k * ((q[j] - q0)**2 / 2 + 0.15 * (q[j] - q0)**4 / 4)
-
-    def kinetic(q, qd):
-        still = np.array([arm.torque(q, none, unit) for unit in (*np.eye(2), none)])
-        return 0.5 * qd @ (still[:2] - still[2]) @ qd
-
-    q, qd, h, found = np.array([0.4, 0.9]), np.array([0.5, -1.0]), 2e-3, []
-    for _ in range(500):
-        found.append((kinetic(q, qd), potential(q)))
-        q, qd, _ = stepped_once(arm, q, qd, none, np.zeros((3, 2)), h)
-    assert np.ptp(found, axis=0).min() > 0.1 * np.max(found), "it swings from one kind of energy to the other"
-    np.testing.assert_allclose(np.sum(found, axis=1), np.sum(found[0]), rtol=1e-8)
-
-
 @pytest.mark.slow
 def test_what_computed_torque_leaves_vanishes_with_the_size_of_what_is_hidden():
     """The model inside knows the arm but not the effect: the error is proportional to the effect, and next to none without it."""
@@ -194,21 +97,6 @@ def test_what_computed_torque_leaves_vanishes_with_the_size_of_what_is_hidden():
     left = [np.abs(error - nothing).max() for error in (small, large)]
     assert left[1] / left[0] == pytest.approx(b / a, rel=0.1)
     assert np.abs(nothing).max() < 0.3 * np.abs(large).max(), "what is left without it comes from holding the torque for 5 ms"
-
-
-@pytest.mark.slow
-def test_the_controller_sees_what_the_encoders_read():
-    """With an offset a of the encoder the links stop at goal - a, and the recording says that they are at the goal."""
-    of, goal = truth(world("encoder_offset", 0.7)), {"m": reference({**STILL, "rest_s": 0.8})}
-    (run,) = of.runs(goal, law(of, knows_all_but_what_is_hidden(of)), QUICK, 1)
-    (cause,) = of.world.causes
-    links = track("m", goal["m"], of.loop_arm("m"), law(of, knows_all_but_what_is_hidden(of)), QUICK, 1)
-    end, a = goal["m"].at(run.t).q[-1], run.state.q[-1] - links.state.q[-1]
-    assert abs(a[cause.joint - 1]) > 0.05
-    np.testing.assert_allclose(run.state.q[-1], end, atol=2e-3)
-    np.testing.assert_allclose(links.state.q[-1] + a, run.state.q[-1], atol=1e-12)
-    whole = whole_run("m", links.state, QUICK, 0)
-    np.testing.assert_allclose(run.state.q, links.state.q + cause.angle(whole, links.tau), atol=1e-12)
 
 
 @pytest.mark.slow
@@ -259,11 +147,6 @@ def test_the_readings_are_those_of_the_blind_tests_own_chain():
     assert np.abs(run.state.q - goal["m"].at(run.t).q).max() > 1e-3, "the drive runs ahead of the link"
     for got, want in ((run.state.q, seen.q), (run.state.qd, seen.qd), (run.state.qdd, seen.qdd), (run.tau, seen.tau)):
         np.testing.assert_array_equal(got, want)
-
-
-def recipe(folder=None, **keys):
-    hidden = {"concealed": SMALL | keys.pop("concealed", {})}
-    return parse_recipe({"truth": hidden, "motions": [dict(STILL)], "sample_rate_hz": 100, "substeps": 2, **keys}, "tank.yaml", folder)
 
 
 @pytest.mark.slow
@@ -317,13 +200,3 @@ def test_the_command_ends_with_2_and_one_line(tmp_path, capsys):
     assert error.count("\n") == 1
     assert "tank.yaml: truth.concealed.effect nothing: not known" in error
     assert not (tmp_path / "out").exists()
-
-
-def test_a_concealed_arm_at_the_beginning_of_a_run_has_forgotten_the_one_before():
-    arm = ConcealedArm(world("wave_orbital"), truth(world("wave_orbital")).loop_arm("m").run, True)
-    q, qd, qdd = np.array([0.2, 0.3]), np.array([0.5, 0.1]), np.zeros(2)
-    first = arm.torque(q, qd, qdd, 0.4)
-    moved = arm.torque(q, qd, qdd, 0.4, dt=0.3)
-    arm.begin()
-    np.testing.assert_array_equal(arm.torque(q, qd, qdd, 0.4), first)
-    assert np.abs(moved - first).max() > 1e-4, "the wave goes on, and the carriage goes along it"
