@@ -59,17 +59,6 @@ def test_the_last_line_counts_the_errors_as_the_verdict_does(tmp_path: Path, cap
     assert len(errors_of(open_campaign(root))) == 1
 
 
-def test_a_single_warning_is_counted_in_the_singular(tmp_path: Path, capsys):
-    from nnhydro.recordings.checks.oddity import Oddity
-    from nnhydro.recordings.survey import Survey
-    from nnhydro.report.survey_table import verdict
-
-    odd = Oddity("run1", "warning", "q1_rad", "something", "do something", "a")
-    one, two = (Survey((), (), found, None, None, ()) for found in ((odd,), (odd, Oddity("run1", "warning", "q2_rad", "x", "y", "b"))))
-    assert verdict(one) == "Usable, but resolve the warning first: it affects every fit."
-    assert verdict(two) == "Usable, but resolve the 2 warnings first: they affect every fit."
-
-
 def test_all_counts_are_those_of_the_lines_that_are_printed(tmp_path: Path, capsys):
     root = write_campaign(tmp_path / "c", runs=3)
     for file in (root / "recordings").iterdir():

@@ -4,32 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from campaigns import GIVEN
+from standings import benchmark_of, misfit, standing
 
-from nnhydro.evaluation.benchmark_result import BenchmarkResult, Standing
+from nnhydro.evaluation.benchmark_result import Standing
 from nnhydro.evaluation.interval_coverage import Coverage
-from nnhydro.evaluation.metrics import Misfit
-from nnhydro.evaluation.protocols.protocol import Fold, Split
-from nnhydro.fitting.config import TrainingConfig
-from nnhydro.recordings.splitting import Unit
-
-SPLIT = Split(tuple(Unit(name, name, False, tuple) for name in "abc"), (Fold("first", (1, 2), (0,)), Fold("second", (0,), (1, 2))))
-
-
-def misfit(error):
-    """A torque of 1 N m that is missed by `error`."""
-    return Misfit.of(np.ones((4, 1)), np.full((4, 1), 1 - error))
-
-
-def standing(name, *errors):
-    """A model with one error a unit, in two folds."""
-    a, b, c = (misfit(error) for error in (errors * 3)[:3])
-    return Standing(name, [{"a": a}, {"b": b, "c": c}], 1.0)
-
-
-def result(**errors):
-    """A benchmark of models with the same error on every unit."""
-    return BenchmarkResult((), GIVEN, "p", SPLIT, {name: standing(name, e) for name, e in errors.items()}, None, 0, TrainingConfig())
 
 
 def test_a_unit_that_is_held_out_again_counts_with_its_last_fold():
@@ -45,14 +23,14 @@ def test_folds_add_up():
 
 
 def test_the_verdict_names_the_best_and_how_much_better_it_is():
-    clear = result(constant=0.2, hybrid=0.05).verdict()
+    clear = benchmark_of(constant=0.2, hybrid=0.05).verdict()
     assert "hybrid predicts the torques best: 5.0 % error, 4.0 times better than constant (20.0 %)" in clear
-    assert "not clearly better than constant" in result(constant=0.051, hybrid=0.05).verdict()
-    assert result(constant=0.6, hybrid=0.55).verdict().startswith("No model explains these torques: the best, hybrid, leaves 55.0 %")
+    assert "not clearly better than constant" in benchmark_of(constant=0.051, hybrid=0.05).verdict()
+    assert benchmark_of(constant=0.6, hybrid=0.55).verdict().startswith("No model explains these torques: the best, hybrid, leaves 55.0 %")
 
 
 def test_what_a_model_had_seen_is_named_in_the_verdict():
-    text = replace(result(constant=0.1), seen={"old": ("a", "b")}, noise_floor=0.02).verdict()
+    text = replace(benchmark_of(constant=0.1), seen={"old": ("a", "b")}, noise_floor=0.02).verdict()
     assert "a perfect model would leave 2.0 %" in text
     assert text.endswith("2 recordings not compared, because old had been fitted to them: a, b.")
 
@@ -62,11 +40,11 @@ def test_what_a_model_had_seen_is_named_in_the_verdict():
     ({"hybrid": 0.04}, None, "nnhydro train"), ({"gp": 0.04}, None, "nnhydro diagnose"),
     ({"constant": 0.08}, 0.05, "nnhydro identify"), ({"constant": 0.11}, 0.05, "nnhydro diagnose")])
 def test_the_command_that_comes_next_asks_what_is_missing_where_much_is_left(errors, floor, command):
-    assert replace(result(**errors), noise_floor=floor).following("tank").startswith(command)
+    assert replace(benchmark_of(**errors), noise_floor=floor).following("tank").startswith(command)
 
 
 def test_errors_and_widths_are_those_of_a_fold():
-    made = result(constant=0.1)
+    made = benchmark_of(constant=0.1)
     made.standings["constant"] = standing("constant", 0.1, 0.2, 0.4)
     assert made.fold_errors(0)["constant"] == pytest.approx(0.1)
     assert made.fold_errors(1)["constant"] == pytest.approx(0.3)

@@ -1,5 +1,7 @@
 """A study leaves each motion out: the true form predicts it, and each phase has an error of its own."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
@@ -39,6 +41,13 @@ def test_the_true_form_predicts_what_was_left_out_and_constants_do_not():
     assert curves.error < 1e-3 < 0.05 < constants.error
     assert set(curves.by_motion) == {m.name for m in MOTIONS}
     assert set(curves.by_phase) == set(PHASES[:2])
+
+
+def test_each_motion_is_predicted_from_the_others_alone():
+    constants = Loads({"d": NormalDrag((1.0,)), "m": AddedMass((1.0,))})
+    one = towed("one", 0.4, 4.0, constants)
+    outcome = leave_one_out(Candidate("constants", constants), [one, replace(one, name="in twice as dense water", tau=2 * one.tau)])
+    assert outcome.by_motion == pytest.approx({"one": 1.0, "in twice as dense water": 0.5}, abs=1e-6)
 
 
 def test_penalised_curves_are_fitted_too_and_unseen_reversals_have_a_phase_of_their_own():
