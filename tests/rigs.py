@@ -20,6 +20,7 @@ LINKS = (
     {"length_m": 0.45, "diameter_m": 0.06, "mass_kg": 1.4, "com_m": 0.22, "inertia_kg_m2": 0.024},
     {"length_m": 0.30, "diameter_m": 0.05, "mass_kg": 0.7, "com_m": 0.16, "inertia_kg_m2": 0.006},
 )
+HOSTILE = 'x */ int hidden(void) { return 1; } /* y --> <include file="z"/> <!-- \x1b[2J'  # a name that comes from a file of others
 
 
 def arm(links: int = 2, density: float = 1000.0, **keys: Any) -> Arm:

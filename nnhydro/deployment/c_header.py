@@ -16,11 +16,10 @@ import torch
 
 from nnhydro import __version__
 from nnhydro.deployment.c_program import PRECISIONS, c_function
-from nnhydro.deployment.comment import comment_text
 from nnhydro.deployment.step import BEGIN, MemoryStep, RecordedStep, record_step, record_torques, whole_sums
 from nnhydro.errors import require
 from nnhydro.models.torque_model import TorqueModel
-from nnhydro.runtime.files import write_output
+from nnhydro.runtime.files import comment_text, write_output
 from nnhydro.runtime.stamp import refuse_foreign
 
 

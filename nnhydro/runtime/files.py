@@ -6,6 +6,7 @@ a temporary folder is locked by the process that fills it, so that nobody else's
 
 import json
 import os
+import re
 import shutil
 import sys
 import tempfile
@@ -137,6 +138,12 @@ def write_text(path: Path, text: str, mode: int = 0o644) -> None:
 def json_text(document: Any) -> str:
     """Return `document` as JSON text; NaN and infinity, which JSON does not know, are refused."""
     return json.dumps(document, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def comment_text(text: str) -> str:
+    """Return `text`, which may come from a file of others, so that it does not end the comment of C or XML that it stands in."""
+    printable = "".join(letter if letter.isprintable() or letter == "\n" else "\N{REPLACEMENT CHARACTER}" for letter in text)
+    return re.sub(r"\*(?=/)|/(?=\*)|-(?=-)", r"\g<0> ", printable)
 
 
 def _no_number(constant: str) -> None:

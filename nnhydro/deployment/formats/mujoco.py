@@ -17,12 +17,12 @@ from dataclasses import dataclass, field
 from math import pi
 from typing import Any, final
 
-from nnhydro.deployment.comment import comment_text
 from nnhydro.errors import ModelError, require
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.loads.coulomb_friction import CoulombTerm
 from nnhydro.physics.loads.rigid_body import RigidBody
+from nnhydro.runtime.files import comment_text
 
 
 @final

@@ -1,17 +1,23 @@
-"""The header, compiled by the C compiler, gives the model's torques over 100,000 steps."""
+"""The header, compiled by the C compiler, gives the model's torques over 100,000 steps; no name in it becomes code."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from rigs import arm
+from campaigns import GIVEN, planted
+from rigs import HOSTILE, arm
 from stepped import MODELS, SAME, compiled, driven, hundred_thousand, largest_error, long_run, model_of, theory, towed
 
-from nnhydro.deployment.c_header import export_c
+from nnhydro.deployment.c_header import export_c, header
 from nnhydro.deployment.native import compiler
+from nnhydro.deployment.step import record_step
+from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.travel.state_model import state_loads
 
-pytestmark = pytest.mark.skipif(compiler() is None, reason="no C compiler here")
+with_compiler = pytest.mark.skipif(compiler() is None, reason="no C compiler here")
 
 
+@with_compiler
 @pytest.mark.slow
 @pytest.mark.parametrize("precision", ["double", "single"])
 @pytest.mark.parametrize("name", MODELS)
@@ -26,6 +32,7 @@ def written(model, folder, precision, flags=()):
     return compiled(folder, precision, export_c(model, folder / "arm.h", precision)["std"], flags)
 
 
+@with_compiler
 @pytest.mark.slow(seconds=35)
 @pytest.mark.parametrize("name", ["hybrid", "hybrid on state", "with memory"])
 def test_a_hybrid_is_written_as_loops_and_gives_the_same_over_a_hundred_thousand_steps(name, tmp_path):
@@ -47,6 +54,7 @@ def test_the_net_that_remembers_carries_more_than_a_tenth_of_the_torque():
     assert largest_error(model_of("with memory").torque(motion).numpy(), model_of("hybrid").torque(motion).numpy()) > 0.1
 
 
+@with_compiler
 @pytest.mark.slow
 def test_a_slow_tow_in_single_precision_forgets_no_travel(tmp_path):
     model, motion = model_of("state"), towed(4500)
@@ -57,6 +65,7 @@ def test_a_slow_tow_in_single_precision_forgets_no_travel(tmp_path):
     assert far < SAME["single"], f"{far:.1e}: with travel added up in single precision it is 9e-5"
 
 
+@with_compiler
 @pytest.mark.slow
 def test_the_header_says_what_it_is_and_comes_with_steps_to_try_it(tmp_path):
     a = arm(2)
@@ -71,6 +80,7 @@ def test_the_header_says_what_it_is_and_comes_with_steps_to_try_it(tmp_path):
     assert told["memory"] == 2 * 10 * 6 + 2 * 3
 
 
+@with_compiler
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["state", "sheltered"])
 def test_a_few_hundred_steps_in_c_are_the_model_s_torques(name, tmp_path):
@@ -78,3 +88,11 @@ def test_a_few_hundred_steps_in_c_are_the_model_s_torques(name, tmp_path):
     told = export_c(model, tmp_path / "arm.h")
     want = model.torque(motion).numpy()
     assert largest_error(driven(tmp_path, motion, "double", told["std"]), want) < SAME["double"]
+
+
+def test_the_header_is_code_where_it_was_code_before():
+    model = StripTheory(arm(2), GIVEN, {}, HOSTILE, planted(arm(2)))
+    plain, hostile = (header(record_step(m), "arm", "double", "", (HOSTILE,) * (m is model))
+                      for m in (replace(model, name="constant"), model))
+    assert hostile.partition("*/\n#ifndef")[2] == plain.partition("*/\n#ifndef")[2] != ""
+    assert hostile.index("*/") == hostile.index("*/\n#ifndef"), "the first comment ends where the code begins"

@@ -5,9 +5,11 @@ import math
 import stat
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from nnhydro.errors import ConfigError
-from nnhydro.runtime.files import check_folder, json_text, whole_folder, write_json, write_text
+from nnhydro.runtime.files import check_folder, comment_text, json_text, whole_folder, write_json, write_text
 from nnhydro.runtime.stamp import STAMP
 
 
@@ -104,3 +106,15 @@ def test_a_place_is_checked_without_being_touched(tmp_path):
     for wrong, said in ((tmp_path / "file", "is a file"), (tmp_path / "file" / "out", "cannot be made"), (tmp_path, "holds other files")):
         with pytest.raises(ConfigError, match=said):
             check_folder(wrong, "mark")
+
+
+@given(st.text(alphabet="*/-<>! \\\n\x1b?a", max_size=12))
+def test_no_text_holds_what_begins_or_ends_a_comment(text):
+    made = comment_text(text)
+    assert not any(mark in made for mark in ("*/", "/*", "--", "\x1b"))
+    assert made.replace(" ", "").replace("\N{REPLACEMENT CHARACTER}", "\x1b") == text.replace(" ", ""), "nothing is lost"
+
+
+@pytest.mark.parametrize("text", ["C_D(s/D) of 3 - 4 strips", "a*b"])
+def test_plain_text_stays_as_it_is(text):
+    assert comment_text(text) == text

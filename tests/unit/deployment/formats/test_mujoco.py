@@ -1,11 +1,12 @@
 """URDF in, MuJoCo XML and curves out: held against MuJoCo itself, and against what was put in."""
 
+import xml.etree.ElementTree as ET
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from campaigns import GIVEN, planted
-from rigs import arm
+from rigs import HOSTILE, arm
 from robots import compiled, inverse, random_states
 
 import nnhydro
@@ -108,3 +109,9 @@ def test_a_model_without_parameters_or_masses_is_refused():
         mujoco_xml(StripTheory(massless, GIVEN, {}, "x", Loads({"rigid_body": RigidBody.of_arm(massless)})))
     with pytest.raises(ModelError, match="no rigid body"):
         mujoco_xml(StripTheory(a, GIVEN, {}, "x", Loads({})))
+
+
+def test_the_mujoco_xml_is_well_formed_and_holds_nothing_more():
+    model = StripTheory(arm(2), GIVEN, {}, HOSTILE, planted(arm(2)))
+    made, plain = (ET.fromstring(mujoco_xml(m).xml) for m in (model, replace(model, name="constant")))
+    assert [e.tag for e in made.iter()] == [e.tag for e in plain.iter()]
