@@ -4,6 +4,7 @@ import pickle
 
 import numpy as np
 import pytest
+import torch
 from sklearn.base import clone
 from sklearn.model_selection import GridSearchCV, GroupKFold, cross_val_score
 from sklearn.pipeline import make_pipeline
@@ -11,7 +12,7 @@ from sklearn.preprocessing import StandardScaler
 from sklearn.utils.estimator_checks import parametrize_with_checks
 
 from nnhydro.fitting.config import TrainingConfig
-from nnhydro.fitting.regressor import TorqueRegressor
+from nnhydro.fitting.regressor import TorqueRegressor, _ridge
 
 QUICK = {"hidden": (8,), "members": 1, "epochs": 20, "batch": 64}
 
@@ -139,3 +140,51 @@ def test_a_stored_estimator_predicts_the_same():
     model = TorqueRegressor(**QUICK).fit(x, y[:, 0])
     np.testing.assert_array_equal(pickle.loads(pickle.dumps(model)).predict(x), model.predict(x))
     assert model.predict(x).shape == (100,)
+
+
+def test_a_ridge_takes_the_penalty_that_does_best_on_the_rows_it_does_not_train_on():
+    rng = np.random.default_rng(1)
+    x, train, usable = rng.standard_normal((80, 6)), np.arange(80) < 30, np.array([True] * 5 + [False])
+    y = x @ rng.standard_normal((6, 2)) * 0.3 + rng.standard_normal((80, 2))
+    A, errors = x[train][:, usable], {}
+    for k in range(8):
+        K = np.linalg.solve(A.T @ A + 10.0**-k * 30 * np.eye(5), A.T @ y[train])
+        errors[k] = float(((x[~train][:, usable] @ K - y[~train]) ** 2).sum()), K
+    best = min(errors.values(), key=lambda pair: pair[0])[1]
+    found = _ridge(x, y, train, usable)
+    np.testing.assert_allclose(found[:5], best)
+    assert (found[5] == 0).all()
+    every = np.linalg.solve(x.T @ x + 1e-3 * 80 * np.eye(6), x.T @ y)
+    np.testing.assert_allclose(_ridge(x, y, np.ones(80, dtype=bool), np.ones(6, dtype=bool)), every)
+
+
+@pytest.mark.parametrize(("n", "groups", "share", "watched", "units"), [
+    (100, None, 0.15, 3, 20), (100, None, 0.5, 10, 20), (9, None, 0.15, 0, 9), (10, None, 0.15, 2, 10), (12, [1, 2] * 6, 0.9, 1, 2),
+    (12, [1] * 12, 0.5, 0, 1), (100, list(range(50)) * 2, 0.1, 5, 50),
+])
+def test_a_share_of_the_rows_or_groups_is_watched_where_there_are_enough(n, groups, share, watched, units):
+    unit, told = TorqueRegressor(members=2, validation_share=share)._watched_units(n, groups, np.random.RandomState(1))
+    assert told.shape == (2, units)
+    assert told.sum(dim=1).tolist() == [watched] * 2
+    assert torch.equal(told[0], told[1])
+    assert len(unit) == n
+    if groups is not None:
+        assert all(len({unit[i] for i in range(n) if groups[i] == g}) == 1 for g in set(groups))
+    else:
+        assert np.ptp(np.bincount(unit)) <= 1
+
+
+def test_a_member_that_does_not_help_adds_nothing():
+    rng = np.random.default_rng(1)
+    x = rng.standard_normal((200, 3))
+    y = x @ np.array([1.0, -1.0, 0.5]) + 0.5 * rng.standard_normal(200)
+    made = TorqueRegressor(hidden=(4,), epochs=3, members=2).fit(x, y)
+    plain = made.offset_ + made._inputs(x) @ made.linear_
+    assert np.abs(made.predict(x) - plain[:, 0]).max() < 0.2 * 0.5
+    curved = TorqueRegressor(hidden=(16,), epochs=150, members=2, learning_rate=2e-2).fit(x, np.sin(3 * x[:, 0]))
+    assert ((curved.predict(x) - np.sin(3 * x[:, 0])) ** 2).mean() < 0.1
+    tau, std = curved.predict(x, return_std=True)
+    assert tau.shape == std.shape == (200,)
+    both = TorqueRegressor(hidden=(4,), epochs=2).fit(x, np.stack([y, 100 * y], axis=1))
+    assert both.predict(x).shape == (200, 2)
+    np.testing.assert_allclose(both.predict(x)[:, 1], 100 * both.predict(x)[:, 0], rtol=0.3, atol=30)

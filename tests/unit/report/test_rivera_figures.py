@@ -18,12 +18,14 @@ RESULT = SimpleNamespace(
     slenderness={0.5: 0.3, 2.0: 0.2}, held_out="run1", t=T, measured=np.column_stack([T, 2 * T]), network=np.column_stack([T, 3 * T]))
 
 
-@pytest.fixture
-def drawn(tmp_path, monkeypatch):
+@pytest.fixture(scope="module")
+def drawn(tmp_path_factory):
     """What each picture holds, {name: {(panel, series): points (n, 2)}}."""
-    monkeypatch.setattr(figure_file, "KINDS", ())  # the data alone
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(figure_file, "KINDS", ())  # the data alone
+        paths = write_figures(RESULT, tmp_path_factory.mktemp("figures"))
     found = {}
-    for path in write_figures(RESULT, tmp_path):
+    for path in paths:
         shown = found.setdefault(path.stem, {})
         with path.open(encoding="utf-8") as file:
             for row in csv.DictReader(file):

@@ -9,6 +9,7 @@ from campaigns import GIVEN, TINY, campaign, planted, recording
 from rigs import arm, scaled
 
 from nnhydro.fitting.network import linear_columns
+from nnhydro.fitting.network.linear_columns import Linear, RowRange
 from nnhydro.fitting.network.row_store import RowStore
 from nnhydro.fitting.network.rows import free_range, rows_and_linear
 from nnhydro.recordings.filtering.low_pass import LowPass
@@ -60,3 +61,12 @@ def test_columns_are_computed_anew_for_whatever_they_depend_on(change, nothing_k
     second = columns(*change(a, r))
     assert len(nothing_kept) == 2
     assert second.shape != first.shape or not torch.equal(second, first)
+
+
+def test_what_two_stretches_hold_at_most_is_what_either_holds():
+    def of(low, high, swift):
+        return RowRange(*(torch.tensor(x) for x in (low, high, swift)))
+    both = of([1.0, -2.0], [3.0, 0.0], [5.0]).and_of(of([0.0, -1.0], [2.0, 4.0], [6.0]))
+    assert (both.lowest.tolist(), both.highest.tolist(), both.swiftest.tolist()) == ([0.0, -2.0], [3.0, 4.0], [6.0])
+    one, other = (Linear(torch.full((n, 1, 3), float(n)), 2, 2, 0, torch.zeros(2), of([0.0], [1.0], [1.0])) for n in (2, 4))
+    assert one.and_of(other).columns.shape == (6, 1, 3)
