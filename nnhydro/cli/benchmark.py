@@ -38,9 +38,10 @@ def benchmark(
     from nnhydro.recordings.campaign import open_campaigns
     from nnhydro.report.benchmark.page import RESULT, SHOWN, write_benchmark
     from nnhydro.runtime.files import check_folder
-    from nnhydro.runtime.workers import Workers
+    from nnhydro.runtime.workers import Workers, keep_freed_memory
 
     workers = Workers(jobs, backend, scheduler)
+    keep_freed_memory()
     check_folder(out, RESULT)
     given = {"seed": seed, "cutoff_hz": cutoff}
     chosen = read_config(config) if config is not None else TrainingConfig()

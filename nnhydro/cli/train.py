@@ -73,7 +73,9 @@ def train(
     from nnhydro.report.models.parameter_sheet import model_sentence, parameter_sheet
     from nnhydro.runtime.files import check_folder
     from nnhydro.runtime.stamp import refuse_among_recordings, refuse_inputs
+    from nnhydro.runtime.workers import keep_freed_memory
 
+    keep_freed_memory()
     check_folder(out, DIGEST)
     if tensorboard is not None:
         refuse_among_recordings(tensorboard, "--tensorboard")

@@ -135,6 +135,10 @@ class Effect(ParametricTerm):
 class LoadEffect(Effect, LinearTerm):
     """A hypothesis that adds torque at the joints: `columns(flow)` (n, joints, p)."""
 
+    @classmethod
+    def prepare(cls, flow: Flow, effects: Sequence[Self]) -> None:
+        """Put into the memo of `flow` what `effects` of this class share or can compute together there; by default nothing."""
+
 
 @dataclass(frozen=True)
 class InstrumentEffect(Effect, ABC):

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from nnhydro.diagnosis.problem.baseline import Baseline
-from nnhydro.diagnosis.problem.hypothesis import Hypothesis
+from nnhydro.diagnosis.problem.hypothesis import AnyEffect, Hypothesis
 from nnhydro.diagnosis.problem.problem import Stretch
 from nnhydro.effects.effect import LoadEffect, at_joint
 from nnhydro.effects.sensor_view import SensorView
@@ -44,9 +44,8 @@ def columns_on(hypotheses: Sequence[Hypothesis], model: StripTheory, stretch: St
             working.loads, flow.again(), place, None if measured is None else tensor(measured))))
         return view
 
-    def columns(hypothesis: Hypothesis) -> Tensor:
+    def columns(hypothesis: Hypothesis, effect: AnyEffect) -> Tensor:
         """Return the columns (n, joints, width) of a hypothesis: loads through the drives, instruments at their working model."""
-        effect = hypothesis.effect_in(stretch.group)
         if isinstance(effect, LoadEffect):
             made = to_drives(effect.columns(flow), arm) * factor
         else:
@@ -57,11 +56,19 @@ def columns_on(hypotheses: Sequence[Hypothesis], model: StripTheory, stretch: St
                 made = torch.cat([made, at_joint(torch.ones(len(flow.motion), 1, dtype=torch.float64), effect.joint, arm.n_links)], dim=2)
         return made if hypothesis.activity is None else made * tensor(hypothesis.activity.mask(segment))[:, None, None]
 
+    effects = [hypothesis.effect_in(stretch.group) for hypothesis in hypotheses]
+    _prepare(flow, [effect for effect in effects if isinstance(effect, LoadEffect)])
     made, start = np.empty((*segment.q.shape, sum(hypothesis.width for hypothesis in hypotheses))), 0
-    for hypothesis in hypotheses:
-        made[..., start:start + hypothesis.width] = columns(hypothesis).numpy()
+    for hypothesis, effect in zip(hypotheses, effects, strict=True):
+        made[..., start:start + hypothesis.width] = columns(hypothesis, effect).numpy()
         start += hypothesis.width
     return np.nan_to_num(made, copy=False)
+
+
+def _prepare(flow: Flow, loads: Sequence[LoadEffect]) -> None:
+    """Let the laws of each kind among `loads` compute on `flow` what they can together."""
+    for kind in dict.fromkeys(type(effect) for effect in loads):
+        kind.prepare(flow, [effect for effect in loads if isinstance(effect, kind)])
 
 
 def disagreement(base: Baseline, segment: Segment, torque: Array, count: int) -> Array:

@@ -63,16 +63,18 @@ def dragged_along(v: Tensor, rates: Tensor, second: float) -> Tensor:
 def overtaking_by_law(t: Tensor, w: Tensor, lengths: Tensor, fading: Tensor) -> tuple[Tensor, Tensor]:
     """Return the wake v (laws, n, links, s) m/s and k dt of every row, for all `lengths` (laws, links, 1) m and `fading` (laws,) 1/s."""
     goal, steps = w.numpy(), torch.diff(t, prepend=t[:1]).numpy()[:, None, None, None]
-    per_speed = steps / lengths.numpy()  # k dt = max(|w|, |v|) dt/(lambda D) + r dt
-    by_motion, by_time = np.abs(goal)[:, None] * per_speed, fading.numpy()[:, None, None] * steps
+    per_speed = -steps / lengths.numpy()  # all with the sign that exp wants: -k dt = min(-|w|, -|v|) dt/(lambda D) - r dt
+    by_motion, by_time = np.abs(goal)[:, None] * per_speed, -fading.numpy()[:, None, None] * steps
     result, rates = np.empty((2, len(goal), len(lengths), *goal.shape[1:]))
-    result[:1], rates[:1] = goal[:1, None], 0.0
-    for k, (v, now, rate) in enumerate(zip(result[:-1], result[1:], rates[1:], strict=True), 1):
+    result[:1], rates[:1], decay = goal[:1, None], 0.0, np.empty(result.shape[1:])
+    each_row = zip(result[:-1], result[1:], rates[1:], goal[1:], per_speed[1:], by_motion[1:], by_time[1:], strict=True)
+    for v, now, rate, towards, of_speed, of_motion, of_time in each_row:
         np.abs(v, out=rate)
-        rate *= per_speed[k]
-        np.maximum(rate, by_motion[k], out=rate)
-        rate += by_time[k]
-        np.exp(np.negative(rate, out=now), out=now)
-        now *= v - goal[k]
-        now += goal[k]
-    return torch.from_numpy(result).transpose(0, 1), torch.from_numpy(rates).transpose(0, 1)
+        rate *= of_speed
+        np.minimum(rate, of_motion, out=rate)
+        rate += of_time
+        np.exp(rate, out=decay)
+        np.subtract(v, towards, out=now)
+        now *= decay
+        now += towards
+    return torch.from_numpy(result).transpose(0, 1), torch.from_numpy(np.subtract(0.0, rates, out=rates)).transpose(0, 1)

@@ -122,3 +122,13 @@ def test_shedding_hums_at_twice_the_Strouhal_frequency():
     flow = Flow(a, Motion(tensor(t), still, still, still, torch.full((4001,), 0.35, dtype=torch.float64), still[:, 0]))
     hum = made("vortex_shedding", a, strouhal=(0.2,)).columns(flow)[:-1, 0, 0]
     assert np.fft.rfftfreq(4000, 10 / 4000)[int(torch.fft.rfft(hum).abs().argmax())] == pytest.approx(2 * 0.2 * 0.35 / 0.07)
+
+
+def test_wakes_of_several_laws_computed_together_are_those_of_each_alone():
+    flow, _ = stopped(-0.4)
+    laws = [made("wake_reentry", flow.arm, length=(length,), fading=(fading,), second=(second,))
+            for length, fading, second in ((2.0, 0.0, 0.0), (8.0, 0.5, 0.5), (8.0, 0.5, 0.0), (31.7, 1.3, 0.0))]
+    together = flow.again()
+    type(laws[0]).prepare(together, laws)
+    for law in laws:
+        assert torch.equal(law.columns(together), law.columns(flow))

@@ -14,6 +14,8 @@ from nnhydro.diagnosis.problem.columns import columns_on
 from nnhydro.diagnosis.problem.design import design_of
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis
 from nnhydro.diagnosis.problem.problem import problem_of
+from nnhydro.effects.hypotheses import wake_reentry
+from nnhydro.physics.travel.wake_memory import overtaking_by_law
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.filtering.low_pass import LowPass
 from nnhydro.recordings.filtering.preprocessing import Preparation
@@ -53,3 +55,18 @@ def test_the_measured_torque_says_when_play_is_crossed_and_no_prediction_looks_a
     other = replace(stretch, segment=replace(stretch.segment, tau=-stretch.segment.tau))
     one, two = (columns_on([play], design.baseline.physics, s, predicted) for s in (stretch, other))
     assert np.array_equal(one, two) == predicted
+
+
+def test_wakes_that_differ_in_length_or_fading_take_one_pass_over_the_rows_of_a_stretch(monkeypatch):
+    design, passes = of(), []
+    laws = [Hypothesis(made("wake_reentry", ARM, length=(length,), fading=(0.3,))) for length in (3.0, 5.0, 9.0)]
+    alone = np.concatenate([design.columns([law], design.baseline.physics) for law in laws], axis=2)
+
+    def counted(*given):
+        passes.append(len(given[2]))
+        return overtaking_by_law(*given)
+
+    monkeypatch.setattr(wake_reentry, "overtaking_by_law", counted)
+    monkeypatch.setattr(wake_reentry, "overtaking", None)
+    assert np.array_equal(design.columns(laws, design.baseline.physics), alone)
+    assert passes == [3] * len(design.problem.stretches)
