@@ -30,6 +30,22 @@ MOST_MODULES = 12  # in a folder; a registry holds as many as it has members
 REGISTRIES = ("blind_tests/truth", "cli", "effects/hypotheses", "evaluation/comparators", "evaluation/protocols", "features",
               "physics/coefficients", "physics/loads", "recordings/checks", "recordings/readers", "simulation/motions")
 WITHOUT_UNIT_TESTS = {"__main__.py": "only calls cli/main; tests/cli starts it as python -m nnhydro"}  # module: why it needs none
+SHORT = 40  # lines; a module below, outside registries, has a reason to stand alone
+SHORT_MODULES = {
+    "__main__.py": "Python asks for a file of this name",
+    "deployment/compiled/sine.py": "needs numba, which few have installed",
+    "deployment/files.py": "knows all exporters, which do not know each other",
+    "deployment/onnx/row_blocks.py": "serves the ONNX graph and the tables of the C program",
+    "deployment/sine.py": "its numbers serve the C program and numba",
+    "diagnosis/constants.py": "the table of docs/diagnosis.md is made of it",
+    "diagnosis/findings/impossible_coefficients.py": "is one statistic, and no other asks for it",
+    "diagnosis/findings/sheets.py": "needs no more than diagnosis.json; findings, report, Python and commands show it",
+    "effects/dry_contact.py": "three hypotheses share it, and their folder is a registry",
+    "models/corrected_simulation.py": "is a kind of model, and stored as such",
+    "models/learned/shrinkage.py": "training and prediction share the rule",
+    "physics/threads.py": "fits, benchmarks, simulations and diagnoses share it",
+    "report/widgets/render.py": "the pages of benchmarks and diagnoses share it",
+    "simulation/recipe/per_joint.py": "motions, sensors, controllers and rig limits share its types"}
 MEDIAN = (100, 180)  # lines of a module outside registries: shorter ones scatter a thought, longer ones hold several
 
 SOURCES = sorted(PACKAGE.rglob("*.py"))
@@ -132,6 +148,13 @@ def test_a_folder_that_is_no_registry_can_be_overlooked():
 def test_a_module_holds_one_thought():
     modules = [path for path in SOURCES if path.stem[:2] != "__" and str(path.parent.relative_to(PACKAGE)) not in REGISTRIES]
     assert MEDIAN[0] <= median(len(path.read_text().splitlines()) for path in modules) <= MEDIAN[1]
+
+
+def test_a_short_module_has_a_reason_to_stand_alone():
+    modules = {path.relative_to(PACKAGE): len(path.read_text().splitlines()) for path in SOURCES if path.stem != "__init__"}
+    short = {str(path) for path, lines in modules.items() if lines < SHORT and str(path.parent) not in REGISTRIES}
+    assert short - set(SHORT_MODULES) == set(), "put it where it belongs, or say in SHORT_MODULES why it stands alone"
+    assert set(SHORT_MODULES) <= {str(path) for path in modules}
 
 
 def test_no_file_is_too_long_to_read():
