@@ -29,6 +29,7 @@ class Law:
     spans: dict = field(default_factory=dict)
     activity: object = None
     working_model: None = None
+    rough: bool = False
     values_by_recording: dict = field(default_factory=dict)
     lines: dict = field(default_factory=dict)
     log_tried: float = 0.0
@@ -50,11 +51,11 @@ class Law:
         return self.sense(values)
 
 
-def law(name, width=1, joint=0, family=None, standard=False, predictable_share=1.0,
+def law(name, width=1, joint=0, family=None, cause="", standard=False, predictable_share=1.0,
         depends_on=("qd",), varies=False, **keys):
     """The law `name`, of a family of its own."""
     signature = SimpleNamespace(mistaken_for=(), depends_on=depends_on)
-    card = SimpleNamespace(id=name, joint=joint, family=family or name, standard=standard, varies=varies, general=False,
+    card = SimpleNamespace(id=name, joint=joint, family=family or name, cause=cause, standard=standard, varies=varies, general=False,
                            signature=signature, predictable_share=predictable_share)
     return Law(card, width, **keys)
 
@@ -68,7 +69,7 @@ def design(seed=0, groups=4, rows=15, joints=2, p=2, planted=None, noise=1.0):
     y = y if planted is None else y + planted
     group = np.repeat(np.arange(groups), rows)
     problem = SimpleNamespace(group_of=group, block_of=2 * group + np.tile(np.arange(rows) >= rows // 2, groups), groups=groups,
-                              further_columns=0, frequency=np.tile(np.arange(rows) / rows, groups))
+                              further_columns=0, blocks=[SimpleNamespace(steady=False)], frequency=np.tile(np.arange(rows) / rows, groups))
     flat = Y.reshape(n * joints, p)
     excess = y - (flat @ np.linalg.lstsq(flat, y.ravel())[0]).reshape(y.shape)
     return SimpleNamespace(Y=Y, y=y, tau=y, problem=problem, scale=np.array([1.0, 2.0])[:joints], time=float(n), excess=excess,
@@ -166,3 +167,14 @@ def evidences(one, chosen):
     X = np.concatenate(parts, axis=2) if parts else None
     sizes = one.score(chosen).sizes
     return [dense(one.whitened, X, s.vector(one.whitened)) for s in (sizes, none(one.whitened))]
+
+
+def with_values(beta, seed=0, groups=8, rows=30, noise=1.0, laws=None, scale=1.0, joints=2):
+    """A search on a design in which the first law acts with `beta`, a number or one a recording, in the units of its effect."""
+    laws = laws or tuple(law(f"law_{k}") for k in range(3))
+    of = design(seed, groups=groups, rows=rows, noise=noise, joints=joints)
+    X = np.random.default_rng(seed + 50).standard_normal((*of.y.shape, sum(law.width for law in laws)))
+    each = np.broadcast_to(np.asarray(beta, float), groups)[of.problem.group_of]
+    of.y = of.y + each[:, None] / scale * X[..., 0]
+    one = search(of, laws, X, level=noise**2)
+    return Search(WeightedLibrary(one.whitened, Library(of, tuple(laws), (X,), np.full(X.shape[2], scale))), one.start)

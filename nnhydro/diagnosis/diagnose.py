@@ -31,7 +31,7 @@ from nnhydro.diagnosis.result import DiagnosisResult
 from nnhydro.diagnosis.search.activity_windows import in_parts
 from nnhydro.diagnosis.search.best_fit import best_fit
 from nnhydro.diagnosis.search.library import Library
-from nnhydro.diagnosis.search.linearisation import extra_starts
+from nnhydro.diagnosis.search.linearisation import extra_starts, is_stale
 from nnhydro.diagnosis.search.refinement import refine, with_finer_singles
 from nnhydro.diagnosis.search.scored_set import ScoredSet
 from nnhydro.diagnosis.search.stepwise import Search
@@ -93,7 +93,8 @@ def _explore(design: Design, without: Sequence[str],
     parts = in_parts(search, search.climb(finer.best), model)
     search = parts.search
     best = replace_by_simpler(search, replace_special_laws(search, parts.best))
-    if best.chosen != parts.best.chosen:  # what took a special law's place has no finer values yet
+    stale = any(is_stale(search.view, best, k) for k in best.chosen)  # an instrument that came in with the last steps
+    if stale or best.chosen != parts.best.chosen:  # what took a special law's place has no finer values yet
         finer = refine(search, best, model)
         search = finer.search
         best = replace_by_simpler(search, replace_special_laws(search, search.climb(finer.best)))

@@ -59,6 +59,8 @@ def intervals(quantities: Callable[[Tensor], Mapping[str, Quantity]], values: Te
             low, high = (limits or {}).get(p, (-inf, inf))
             ends = [values.clone(), values.clone()]
             ends[0][p], ends[1][p] = max(float(values[p]) - STEP * deviation, low), min(float(values[p]) + STEP * deviation, high)
+            if ends[0][p] == ends[1][p]:  # known to all its digits
+                continue
             down, up = ({name: quantity.value for name, quantity in quantities(end).items()} for end in ends)
             for name in centre:
                 gradient[name][p] = (up.get(name, 0.0) - down.get(name, 0.0)) / float(ends[1][p] - ends[0][p])

@@ -18,6 +18,7 @@ from nnhydro.models.baselines import baseline
 from nnhydro.models.storage import load_model, save_model
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.flow import Flow
+from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.load_term import term_kinds, term_of
 from nnhydro.physics.motion import Motion, tensor
 from nnhydro.recordings.filtering.preprocessing import Preparation
@@ -254,3 +255,15 @@ def test_a_finding_is_said_in_sentences_that_are_read_once(id_):
     assert text.endswith(".")
     for sentence in text.removesuffix(".").replace(": ", ". ").split(". "):
         assert len(sentence.split()) <= 25, sentence
+
+
+@LINKS
+@pytest.mark.parametrize("id_", [i for i, cls in EFFECTS.items() if issubclass(cls, InstrumentEffect) and cls.additive])
+def test_an_additive_sensor_error_changes_each_part_of_the_torque_as_if_it_were_alone(id_, links):
+    a = arm(links)
+    loads, motion = baseline("constant").start(a), run(links)
+    alone = [SensorView.of(Loads({name: term}), Flow(a, motion)) for name, term in loads.terms.items()]
+    for hypothesis in found(id_, a):
+        effect, whole = valued(hypothesis, 0.1), SensorView.of(loads, Flow(a, motion))
+        parts = sum(effect.apply(part) - part.tau for part in alone)
+        assert_close(effect.apply(whole) - whole.tau, parts, rtol=1e-9, atol=1e-9)

@@ -21,10 +21,10 @@ recordings cannot distinguish the two, both are reported, and the form of the be
 import numpy as np
 
 from nnhydro.diagnosis.constants import FEW_NATS, LEAST_GAIN, LISTED, SMALLEST_SIZE, TRUSTED_RATIO
+from nnhydro.diagnosis.decision.scatter import scatter_between_parts, scatter_between_recordings
 from nnhydro.diagnosis.model.sizes import Sizes, fit_sizes, without_unknown
 from nnhydro.diagnosis.search.scored_set import LARGE_START, SMALL_START, ScoredSet
 from nnhydro.diagnosis.search.stepwise import Search
-from nnhydro.diagnosis.search.values import scatter_between_recordings
 
 CONSTANT = ("nothing",)
 VARIABLES: dict[tuple[str, ...], str] = {CONSTANT: "q{}_rad", ("q",): "q{}_rad", ("qd",): "dq{}_rad_s", ("qdd",): "ddq{}_rad_s2"}
@@ -36,7 +36,8 @@ def listed_probability(search: Search, found: ScoredSet, k: int) -> float:
         left = _share_left_of_class(search, found, k)
     else:
         left = search.share_left(search.score(tuple(x for x in found.chosen if x != k)), found)
-    scatter = 0.0 if search.view.library.hypotheses[k].effect.varies else scatter_between_recordings(search, found, k)
+    between = 0.0 if search.view.library.hypotheses[k].effect.varies else scatter_between_recordings(search, found, k)
+    scatter = max(between, scatter_between_parts(search, found, k))
     return LISTED / (1.0 + (max(left, 0.0) / TRUSTED_RATIO) ** 4 + (scatter / TRUSTED_RATIO) ** 4)
 
 

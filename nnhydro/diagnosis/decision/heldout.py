@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 from nnhydro.diagnosis.constants import FORM
 from nnhydro.diagnosis.model.evidence import Columns, WhiteRows, posterior
 from nnhydro.diagnosis.model.sizes import none
-from nnhydro.diagnosis.problem.problem import Problem
 from nnhydro.diagnosis.search.scored_set import ScoredSet
 from nnhydro.diagnosis.search.weighted_library import WeightedLibrary
 
@@ -27,25 +26,39 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 FEWEST = 6  # recordings that may be units of their own
 FOLDS = 8
+RECORDINGS, STRETCHES, FREQUENCIES = "recordings", "stretches of recordings", "frequencies of recordings"
+STEADY = "rows of the steady tables"
 
 
-def in_one_block(problem: Problem) -> bool:
-    """Return whether no recording has more than one block."""
-    return len(np.unique(problem.block_of)) == len(np.unique(problem.group_of))
+def held_out(view: WeightedLibrary, chosen: Sequence[int]) -> str:
+    """Return what is held out: recordings, or less where too few recordings, or no others, tell of a member of `chosen`."""
+    problem = view.library.design.problem
+    if all(block.steady for block in problem.blocks):
+        return STEADY
+    if problem.groups >= FEWEST and all(_is_known_from_others(view, k, problem.group_of) for k in chosen):
+        return RECORDINGS
+    return STRETCHES if all(_is_known_from_others(view, k, problem.block_of) for k in chosen) else FREQUENCIES
+
+
+def _is_known_from_others(view: WeightedLibrary, k: int, unit: Index) -> bool:
+    """Return whether the other units (n,) tell of hypothesis `k`, if one is held out: of its phase, or by FORM of what it does."""
+    if view.library.hypotheses[k].per_recording:
+        return len(np.unique(unit)) > view.library.design.problem.groups
+    energy = np.bincount(unit, weights=np.square(view.columns(k).Xw).sum(axis=(1, 2)))
+    return bool(energy.max() <= (1 - FORM) * energy.sum())
 
 
 def fold_of_rows(view: WeightedLibrary, seed: int, chosen: Sequence[int] = ()) -> Index:
     """Return the fold (n,) of every row: whole recordings, blocks where recordings are few, rows of steady tables alike in load.
 
     Any smooth curve predicts a row of a dense table from the rows beside it; a law predicts loads that its fit has not seen.
-    Where a member of `chosen` has a phase of its own in every recording, blocks too: the phase is known from the others of its recording;
-    where a block is all that a recording has, every FOLDS-th of its frequencies.
+    Where a member of `chosen` is not known from other recordings, blocks too; where not from other blocks, every FOLDS-th frequency.
     """
     problem = view.library.design.problem
-    phased = any(view.library.hypotheses[k].per_recording for k in chosen)
-    if phased and in_one_block(problem):
+    what = held_out(view, chosen)
+    if what == FREQUENCIES:
         return (np.arange(len(problem.block_of)) % FOLDS).astype(np.int64)
-    unit = problem.group_of if problem.groups >= FEWEST and not phased else problem.block_of
+    unit = problem.group_of if what == RECORDINGS else problem.block_of
     steady = problem.frequency < 0
     made = np.where(steady, _alike_in_load(view, steady) + int(unit.max()) + 1, unit)
     _, index = np.unique(made, return_inverse=True)

@@ -12,7 +12,7 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.decision.heldout import FEWEST, fold_of_rows, in_one_block
+from nnhydro.diagnosis.decision.heldout import fold_of_rows, held_out
 from nnhydro.diagnosis.model.evidence import Columns, WhiteRows, posterior
 from nnhydro.diagnosis.model.sizes import none
 from nnhydro.diagnosis.problem.design import Design
@@ -129,18 +129,9 @@ def prove(search: Search, found: ScoredSet, model: StripTheory, seed: int) -> Pr
             design, design.y - _predict(search, rest, _predictable_columns(search, rest, model), fold))
         without[search.key(k)] = float(sum(np.abs(x).sum() for x in part)) / max(divisor, 1e-300)
     given = None if design.baseline.is_physics else float(sum(np.abs(x).sum() for x in _in_time(design, design.y))) / max(divisor, 1e-300)
+    what = held_out(search.view, found.chosen)
     return Proof(error["before"], error["after"], without, _residuals(design, before), _residuals(design, after),
-                 divisor / max(count * design.y.shape[1], 1), design.problem.groups, scale, _held_out(search, found), as_given=given)
-
-
-def _held_out(search: Search, found: ScoredSet) -> str:
-    problem = search.view.library.design.problem
-    if all(block.steady for block in problem.blocks):
-        return "rows of the steady tables"
-    phased = any(search.view.library.hypotheses[k].per_recording for k in found.chosen)
-    if phased and in_one_block(problem):
-        return "frequencies of recordings"
-    return "recordings" if problem.groups >= FEWEST and not phased else "stretches of recordings"
+                 divisor / max(count * design.y.shape[1], 1), design.problem.groups, scale, what, as_given=given)
 
 
 def fitted_error(search: Search, found: ScoredSet, proof: Proof) -> float:

@@ -36,7 +36,7 @@ class Search:
     view: WeightedLibrary
     start: Sizes
     report: Callable[[str], None] = lambda line: None
-    settled: frozenset[Key] = frozenset()  # keys of instruments that were found about their values: their laws about none are out
+    settled: frozenset[Key] = frozenset()  # keys of instruments found about their values: laws about none, and rough starts, are out
     best_fits: dict[tuple[int, ...], Any] = field(default_factory=dict)  # by set (search.best_fit)
     tangents: dict[tuple[int, ...], Any] = field(default_factory=dict)  # of these (search.tangents)
     _scored: dict[tuple[int, ...], ScoredSet] = field(default_factory=dict)
@@ -65,13 +65,13 @@ class Search:
         return self.score([k for k, at in found.places(self.view).items() if makes_sense(self.view, k, found.fit.mean[at])])
 
     def occupied_places(self, chosen: Sequence[int]) -> set[tuple[str, int]]:
-        """Return the places (family, joint) that `chosen` hold: one law of a family at a place."""
+        """Return the places (cause, joint) that `chosen` hold: one law of a cause at a place."""
         return {self.place(k) for k in chosen}
 
     def place(self, k: int) -> tuple[str, int]:
-        """Return family and joint of hypothesis `k`."""
+        """Return cause and joint of hypothesis `k`."""
         effect = self.view.library.hypotheses[k].effect
-        return effect.family, effect.joint
+        return effect.cause or effect.family, effect.joint
 
     @cached_property
     def _most_granted(self) -> Array:
@@ -90,8 +90,8 @@ class Search:
         """Return the hypotheses most worth fitting beside `chosen`: the best law of a key, by its score at the unknown's best scale."""
         now, columns = self.score(chosen), self.view.join(sorted(chosen))
         library, taken = self.view.library, self.occupied_places(chosen)
-        outdated = np.array([hypothesis.key in self.settled and hypothesis.working_model is None for hypothesis in library.hypotheses],
-                            dtype=bool)
+        outdated = np.array([hypothesis.key in self.settled and (hypothesis.working_model is None or hypothesis.rough)
+                             for hypothesis in library.hypotheses], dtype=bool)
         best: dict[Key, tuple[float, int]] = {}
         for scale in SCREENED:
             sizes = none(self.whitened) if scale == 0 else now.sizes.times(scale)

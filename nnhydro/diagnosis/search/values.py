@@ -56,7 +56,7 @@ class Values:
         return replace(self, covariance=self.covariance + np.outer(moved, moved))
 
 
-def _units(search: Search) -> Index:
+def units_of(search: Search) -> Index:
     """Return the unit (n,) of every row: its recording, its block where the recordings are few."""
     problem = search.view.library.design.problem
     return problem.group_of if problem.groups >= FEWEST_UNITS else problem.block_of
@@ -64,7 +64,7 @@ def _units(search: Search) -> Index:
 
 def _scatter(search: Search, fit: BestFit, covariance: Array, at: Index) -> Array:
     """Return the variance (m,) of the coefficients `at` among the fit's own that the scatter of the recordings' scores gives."""
-    unit = _units(search)
+    unit = units_of(search)
     scores = np.stack([np.einsum("njk,nj->k", fit.rows[unit == g], fit.residual[unit == g]) for g in np.unique(unit)])
     variances: Array = ((scores @ covariance[:, at]) ** 2).sum(axis=0) * len(scores) / max(len(scores) - 1, 1)
     return variances
@@ -161,25 +161,6 @@ def says_nothing(search: Search, found: ScoredSet, k: int) -> bool:
     absent = h.with_values(torch.zeros(len(values.mean), dtype=torch.float64)).quantities()
     sizes = [span for name, span in spans.items() if absent[name].value == 0]
     return bool(sizes) and all(low <= 0 <= high for low, high in sizes)
-
-
-def scatter_between_recordings(search: Search, found: ScoredSet, k: int) -> float:
-    """Return the relative deviation of the size of member `k` between recordings, beyond their noise, weighted by its energy there.
-
-        s^2 = (sum_g e_g (x_g - mean x)^2 - (G - 1)) / sum_g e_g,     x_g = u_g'r_g / e_g,  e_g = u_g'u_g
-
-    u is the member's whitened torque in the best fit, r what that fit leaves, g = 1 ... G recordings or blocks. s^2 is the share of the
-    member's energy that one size misses. It is 0 of values of each recording's own.
-    """
-    if search.view.library.hypotheses[k].per_recording:
-        return 0.0
-    fit, place, unit = best_fit(search, found), found.places(search.view)[k], _units(search)
-    columns = np.searchsorted(fit.coefficients, np.arange(place.start, place.stop))
-    torque = fit.rows[..., columns] @ fit.posterior.mean[place]
-    energy, product = (np.bincount(unit, (torque * other).sum(axis=1)) for other in (torque, fit.residual))
-    energy, product = energy[energy > 0], product[energy > 0]
-    excess = float(energy @ (product / energy - product.sum() / energy.sum()) ** 2) - (len(energy) - 1)
-    return float(np.sqrt(max(excess, 0.0) / energy.sum()))
 
 
 def _pool(beta: Array, covariance: Array) -> tuple[Array, Array]:

@@ -19,6 +19,7 @@ class AxialDragEffect(LoadEffect):
 
     id = "axial_drag"
     family = "drag_law"
+    cause = "axial_drag"
     name = "drag along the links"
     mechanism = "Water that slides along a link rubs on its skin and pushes on its blunt end; the inboard joints must hold against it."
     equation = "f_x,i = 1/2 rho D_i L_i C_Dx |u_x,i| u_x,i, along link i"

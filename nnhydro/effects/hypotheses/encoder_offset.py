@@ -29,6 +29,7 @@ class EncoderOffset(InstrumentEffect):
     )
     acts = "joint"
     stage = 0
+    additive = True
 
     offset: Values = parameter("rad", 0.0, (-1.6, 1.6), "angle read less true angle, delta", per="arm")
 

@@ -19,6 +19,7 @@ class HistoryForceEffect(LoadEffect):
 
     id = "history_force"
     family = "wake"
+    cause = "viscous_history"
     name = "viscous memory (Basset force)"
     mechanism = "Friction drags a thickening layer of water along: past accelerations are felt long after, fading slowly."
     equation = "f = C_H 2 rho D sqrt(pi nu) int dw/dt' exp(-lambda (t - t')) / sqrt(t - t') dt'"

@@ -43,7 +43,8 @@ class OscillatingMass(LoadEffect):
     frequency: Values = parameter("Hz", 1.0, (0.05, 50.0), "its natural frequency f", per="arm", linear=False,
                                   grid=(0.3, 0.45, 0.7, 1.0, 1.5, 2.3, 3.5, 5.0))
     # less damped, its resonance is as narrow as the line of a motion of eight periods, 1/(2 pi 8): not told from this line
-    damping: Values = parameter("1", 0.05, (0.02, 0.9), "damping ratio zeta", per="arm", linear=False, grid=(0.03, 0.15))
+    # and more damped, it is not larger at its frequency than at rest, 1/(2 zeta) < 1: it follows, and does not swing
+    damping: Values = parameter("1", 0.05, (0.02, 0.5), "damping ratio zeta", per="arm", linear=False, grid=(0.03, 0.15))
     place: Values = parameter("1", 1.0, (0.1, 1.2), "where it is, c: share of the link's length from its joint", per="arm", linear=False,
                            grid=(0.5, 1.0))
 

@@ -35,6 +35,7 @@ class SensorTiming(InstrumentEffect):
     )
     acts = "arm"
     stage = 2
+    additive = True
 
     lag: Values = parameter("s", 0.0, (-1.0, 1.0), "mean time by which torques come late", per="arm")
     low_pass: Values = parameter("1", 0.0, (0.0, 1.0), "share s of the lag that is a low-pass, the rest a delay", per="arm", linear=False,

@@ -24,6 +24,7 @@ class TipDrag(LoadEffect):
 
     id = "tip_drag"
     family = "drag_law"
+    cause = "tip_body"
     name = "drag of a body at the tip"
     mechanism = "A gripper, a bracket or a loose line at the tip holds back the arm where its lever is longest."
     equation = "F = (1/2 rho C_D S |v_tip| + b) v_tip,  tau = J_tip^T F,  b = 0 where it is a bluff body"

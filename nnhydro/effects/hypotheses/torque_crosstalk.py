@@ -18,6 +18,7 @@ class TorqueCrosstalk(InstrumentEffect):
 
     id = "torque_crosstalk"
     family = "torque_sensor"
+    cause = "crosstalk"
     name = "torque crosstalk"
     mechanism = "The sensor is twisted by what its neighbour carries, or the cables share a ground: one channel leaks into the other."
     equation = "reading_j = tau_j + sum_k c_k tau_k,  k the other joints"
@@ -28,6 +29,7 @@ class TorqueCrosstalk(InstrumentEffect):
     )
     acts = "joint"
     stage = 3
+    additive = True
     fewest_links = 2
 
     leak: Values = parameter("1", 0.0, (-0.5, 0.5), "share of the other joint's torque", per="other joint")

@@ -18,6 +18,7 @@ class TorqueGain(InstrumentEffect):
 
     id = "torque_gain"
     family = "torque_sensor"
+    cause = "scale"
     name = "torque sensor scale"
     mechanism = "The sensor's calibration factor is off: every reading is too large or too small by the same factor."
     equation = "reading_j = (1 + g) tau_j"
@@ -29,6 +30,7 @@ class TorqueGain(InstrumentEffect):
     )
     acts = "joint"
     stage = 3
+    additive = True
 
     error: Values = parameter("1", 0.0, (-0.6, 0.6), "scale less 1", per="arm")
 

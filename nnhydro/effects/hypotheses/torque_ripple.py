@@ -21,6 +21,7 @@ class TorqueRipple(LoadEffect):
 
     id = "torque_ripple"
     family = "transmission"
+    cause = "ripple"
     name = "torque ripple"
     mechanism = "Gear teeth, a harmonic drive or magnets pass by as the joint turns: the same small torque comes back at every tooth."
     equation = "tau_j = a cos(N q_j) + b sin(N q_j)"

@@ -19,6 +19,7 @@ class TorqueSaturation(InstrumentEffect):
 
     id = "torque_saturation"
     family = "torque_sensor"
+    cause = "clipping"
     name = "torque sensor clipping"
     mechanism = "The sensor, its amplifier or the motor's current limit ends at a level: larger torques are read as that level."
     equation = "reading_j = tau_j - c sgn(tau_j) max(|tau_j| - level, 0),  c = 1: cut off, less: compressed"

@@ -45,6 +45,7 @@ class VortexShedding(LoadEffect):
 
     id = "vortex_shedding"
     family = "wake"
+    cause = "shedding"
     name = "vortex shedding"
     mechanism = "Vortices leave the link left and right in turn; each gives a tug along the motion, the more often the faster it moves."
     equation = "f = 1/2 rho D |w| w (a_i cos psi + b_i sin psi),  dpsi/dt = 4 pi St <|w|> / D,  <> the mean over a cell of the span"

@@ -1,7 +1,7 @@
 """Hypothesis: the wake catches up with a link that stops, or the link meets its own wake when it turns back."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self, final
 
 import torch
@@ -26,10 +26,11 @@ class WakeReentry(LoadEffect):
     family = "wake"
     name = "meeting one's own wake"
     mechanism = "The link drags water along. When the link stops, this water pushes it; when it turns back, it meets this water."
-    equation = ("f = 1/2 rho D (-2 kappa_1 |w| o + kappa_2 (|w - o| (w - o) - |w| w + 2 |w| o)), the drag of w - a o expanded in a;  "
-                "o how much faster the wake m runs than the strip, along m;  dv/dt = (w - v) k,  k = max(|w|, |v|)/(lambda D) + r,  "
-                "s dm/dt = (v - m) k,  m = v where s = 0")
-    source = "McLain & Rock (1998) restrict themselves to starts from rest for this reason; the form is ours"
+    equation = ("f = 1/2 rho D (-2 kappa_1 |w| o - 2 kappa_0 |w| (m - o) + kappa_2 (|w - o| (w - o) - |w| w + 2 |w| o)), the drag of "
+                "w - a m expanded in a;  o how much faster the wake m runs than the strip, along m;  dv/dt = (w - v) k,  "
+                "k = max(|w|, |v|)/(lambda D) + r,  s dm/dt = (v - m) k,  m = v where s = 0")
+    source = ("Lambrakos, Chao, Beckmann & Brannon (1987), Ocean Engineering 14, 117: a wake velocity in the drag's speed, from general "
+              "knowledge, not checked; McLain & Rock (1998) restrict themselves to starts from rest for this reason; the form is ours")
     signature = Signature(
         depends_on=("w", "motion before"), parity="odd", region="after stops and reversals",
         excited_by="stops, pauses and reversals after long strokes",
@@ -46,21 +47,26 @@ class WakeReentry(LoadEffect):
                                grid=(2.0, 6.0, 18.0, 60.0))
     fading: Values = parameter("1/s", 0.0, (0.0, 20.0), "rate at which the wake also settles by itself, r", per="arm", linear=False,
                                grid=(0.0, 1.0, 2.5))
+    following: Values = parameter("1", 0.2, (0.0, 5.0), "kappa_0, of the wake that the link has not left behind", per="arm", absent=True)
     second: Values = parameter("1", 0.0, (0.0, 2.0), "lag of the water around the wake over the lag of the wake, s", per="arm",
                                linear=False, grid=(0.0, 0.5), absent=True)
 
+    def narrower(self) -> tuple["WakeReentry", ...]:
+        """Return the law of the water that runs ahead alone: a strip that goes on has the drag of still water."""
+        return (replace(self, following=()),)
+
     def columns(self, flow: Flow) -> Tensor:
-        """Return d tau / d (slowing, meeting, push), (n, joints, 3)."""
+        """Return d tau / d (slowing, meeting, push, following), (n, joints, 4), or of the first three."""
         strips = Strips.of(flow, STRIPS)
         w, carried = strips.w, flow.motion.carried
         if flow.motion.steady and carried is None:
-            return torch.zeros(len(w), flow.arm.n_links, 3, dtype=torch.float64)
+            return torch.zeros(len(w), flow.arm.n_links, 3 + len(self.following), dtype=torch.float64)
         m = self._behind(flow, w) if carried is None else self._carried_wake(flow, w, carried)
         o = torch.sign(m) * (m.abs() - (w * torch.sign(m)).clamp(min=0)).clamp(min=0)
         first = -2 * w.abs() * o
         rest = (w - o).abs() * (w - o) - w.abs() * w - first
         back = m * w < 0
-        parts = (torch.where(back, 0.0, first), torch.where(back, first, 0.0), rest)
+        parts = (torch.where(back, 0.0, first), torch.where(back, first, 0.0), rest, *[-2 * w.abs() * (m - o)] * len(self.following))
         return torch.stack([strips.to_joints(0.5 * flow.rho * flow.D[:, None] * f).sum(-1) for f in parts], dim=-1)
 
     def _carried_wake(self, flow: Flow, w: Tensor, carried: StepMemory) -> Tensor:
@@ -106,9 +112,10 @@ class WakeReentry(LoadEffect):
 
     def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
+        goes_on = f" While it goes on, it is {text['following']} of the wake's speed." if self.following else ""
         return (f"The arm meets its own wake. After a stop, the wake pushes the link with a C_D of {text['push']}. While the link slows "
                 f"down, C_D times the acting share of the wake's excess speed is {text['slowing']}; after a reversal it is "
-                f"{text['meeting']}. The wake decays over {text['length']} diameters and at {text['fading']}{self._twice(text)}.")
+                f"{text['meeting']}.{goes_on} The wake decays over {text['length']} diameters and at {text['fading']}{self._twice(text)}.")
 
     def _twice(self, text: Mapping[str, str]) -> str:
         """How much later the water is met that the wake itself drags along, in words."""

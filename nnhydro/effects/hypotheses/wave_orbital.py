@@ -27,6 +27,7 @@ class WaveOrbital(InstrumentEffect):
 
     id = "wave_orbital"
     family = "water"
+    cause = "waves"
     name = "regular wave"
     mechanism = "A wave passes: the water around the arm swings to and fro and loads the arm, whether it moves or not."
     equation = ("v = (a cos psi + b sin psi) d,  psi = omega t - k d.r,  k = omega^2 / g,  on each link its mean weighted by the lever "

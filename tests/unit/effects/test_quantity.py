@@ -46,3 +46,10 @@ def test_at_a_limit_the_interval_follows_from_the_slope_on_its_inner_side():
     at, covariance = torch.zeros(1, dtype=torch.float64), torch.tensor([[0.04]], dtype=torch.float64)
     low, high = intervals(quantities, at, covariance, {0: (0.0, 1.0)})["square"]
     assert (high - low) / 2 == pytest.approx(1.96 * 0.2 * 3.0, rel=1e-3)
+
+
+def test_a_value_known_to_all_its_digits_adds_nothing_to_an_interval():
+    spring = made("umbilical_stiffness", arm(1), 1, stiffness=(2.0,), preload=(-1.0,), quadratic=(), cubic=())
+    covariance = torch.tensor([[0.01, 0.0], [0.0, 1e-40]], dtype=torch.float64)
+    low, high = intervals(lambda v: spring.with_linear(v).quantities(), spring.linear_values(), covariance)["rest_angle"]
+    assert (high - low) / 2 == pytest.approx(1.96 * 0.025, rel=1e-5)

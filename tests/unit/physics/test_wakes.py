@@ -59,7 +59,7 @@ def stopped(u0_after=0.0):
 
 def test_after_a_stop_the_wake_pushes_on_and_after_a_start_it_does_not():
     flow, t = stopped()
-    slowing, meeting, push = made("wake_reentry", flow.arm, length=(5.0,)).columns(flow)[:, 0].T
+    slowing, meeting, push = made("wake_reentry", flow.arm, length=(5.0,), following=()).columns(flow)[:, 0].T
     for column in (slowing, meeting, push):
         assert not column[t < 1.9].any()
     assert (slowing[(t > 2.05) & (t < 2.15)] < 0).all(), "while it slows down its own wake carries it"
@@ -71,7 +71,7 @@ def test_after_a_stop_the_wake_pushes_on_and_after_a_start_it_does_not():
 @pytest.mark.parametrize(("u0_after", "back"), [(-0.4, True), (0.1, False)])
 def test_all_of_the_wake_felt_the_drag_is_that_of_the_speed_through_moving_water(u0_after, back):
     flow, t = stopped(u0_after)
-    effect = made("wake_reentry", flow.arm, length=(8.0,), fading=(0.5,))
+    effect = made("wake_reentry", flow.arm, length=(8.0,), fading=(0.5,), following=())
     columns = effect.columns(flow)[:, 0]
     w = Strips.of(flow, 10).w[:, 0, 0]
     m = overtaking(flow.motion.t, w[:, None, None], flow.D[:, None] * 8.0, 0.5)[:, 0, 0]
@@ -79,6 +79,18 @@ def test_all_of_the_wake_felt_the_drag_is_that_of_the_speed_through_moving_water
     moment = 0.5 * flow.rho * flow.D[0] * flow.L[0] ** 2 / 2
     assert_close(columns.sum(1), moment * ((w - o).abs() * (w - o) - w.abs() * w))
     assert bool(columns[t > 2.5, 1].any()) == back
+
+
+@pytest.mark.parametrize("u0_after", [-0.4, 0.1])
+def test_to_first_order_a_wake_velocity_acts_as_Lambrakos_says_before_and_after_it_overtakes(u0_after):
+    flow, _ = stopped(u0_after)
+    columns = made("wake_reentry", flow.arm, length=(8.0,), fading=(0.5,), following=(0.2,)).columns(flow)[:, 0]
+    w = Strips.of(flow, 10).w[:, 0, 0]
+    m = overtaking(flow.motion.t, w[:, None, None], flow.D[:, None] * 8.0, 0.5)[:, 0, 0]
+    moment = 0.5 * flow.rho * flow.D[0] * flow.L[0] ** 2 / 2
+    assert_close(columns[:, [0, 1, 3]].sum(1), -2 * moment * w.abs() * m)
+    assert bool((columns[100:380, 3] < 0).all()), "a link that goes on is carried, too"
+    assert "While it goes on" in made("wake_reentry", flow.arm, following=(0.2,)).statement()
 
 
 def test_a_wake_that_fades_by_itself_is_forgotten_at_rest():
@@ -104,13 +116,13 @@ def test_water_that_the_wake_drags_along_follows_it_with_a_lag_of_its_own():
 
 def test_the_water_that_is_met_passes_its_second_lag_on_and_old_models_have_none():
     flow, t = stopped(-0.4)
-    at_once, late = (made("wake_reentry", flow.arm, length=(8.0,), second=(s,)).columns(flow)[:, 0] for s in (0.0, 0.5))
+    at_once, late = (made("wake_reentry", flow.arm, length=(8.0,), second=(s,), following=()).columns(flow)[:, 0] for s in (0.0, 0.5))
     ratio = late.abs().sum(1) / at_once.abs().sum(1)
     assert (ratio[(t > 2.1) & (t < 2.2)] < 1).all(), "it has not caught up with the wake yet,"
     assert (ratio[t > 3.9] > 1).all(), "and runs on longer"
     parameters = {"slowing": [0.2], "meeting": [0.2], "push": [0.2], "length": [8.0], "fading": [0.0]}
     old = term_of({"kind": "effect:wake_reentry", "parameters": parameters, "options": {"joint": 0}})
-    assert old == made("wake_reentry", flow.arm, length=(8.0,), fading=(0.0,), second=())
+    assert old == made("wake_reentry", flow.arm, length=(8.0,), fading=(0.0,), second=(), following=())
     assert torch.equal(old.columns(flow)[:, 0], at_once)
     assert "follows with 0.5 times this lag" in made("wake_reentry", flow.arm, second=(0.5,)).statement()
     assert "follows" not in old.statement()

@@ -8,7 +8,7 @@ import nnhydro.diagnosis.decision.catalogue_probability as deciding
 from nnhydro.diagnosis.constants import FEW_NATS, LEAST_GAIN, LISTED, TRUSTED_RATIO
 from nnhydro.diagnosis.decision.catalogue_probability import listed_probability, share_left_of_form
 from nnhydro.diagnosis.decision.decide import decide
-from nnhydro.diagnosis.search.values import scatter_between_recordings
+from nnhydro.diagnosis.decision.scatter import scatter_between_recordings
 from nnhydro.effects.catalogue import catalogue
 
 OTHERS = tuple(law(f"law_{k}") for k in range(30))

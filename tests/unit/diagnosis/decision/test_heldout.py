@@ -1,11 +1,23 @@
 """Recordings that the fit has not seen: their conditional density is the dense one, and folds hold what hangs together."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from problems import dense, design, law, search, unknown_part, written_out
 
 from nnhydro.diagnosis.constants import FORM
-from nnhydro.diagnosis.decision.heldout import FOLDS, fold_of_rows, log_densities
+from nnhydro.diagnosis.decision.heldout import (
+    FEWEST,
+    FOLDS,
+    FREQUENCIES,
+    RECORDINGS,
+    STEADY,
+    STRETCHES,
+    fold_of_rows,
+    held_out,
+    log_densities,
+)
 from nnhydro.diagnosis.model.sizes import none
 
 LAWS = (law("a"), law("b", 2), law("c", per_recording=True), law("d", 2, per_recording=True))
@@ -66,3 +78,18 @@ def test_a_phase_of_a_recording_s_own_is_predicted_from_other_frequencies_where_
     rows = fold_of_rows(one.view, 0, [phased])
     assert all(len(set(rows[of.problem.group_of == g])) == FOLDS for g in range(7)), "every fold sees every recording"
     assert all(len(set(fold_of_rows(one.view, 0, [plain])[of.problem.group_of == g])) == 1 for g in range(7))
+
+
+@pytest.mark.parametrize(("acts_in", "what"), [(range(14), RECORDINGS), ((0, 1), STRETCHES), ((0,), FREQUENCIES), ((0, 2), RECORDINGS)])
+def test_what_is_held_out_leaves_something_that_tells_of_the_law(acts_in, what):
+    of = design(11, groups=7, rows=24)
+    X = np.random.default_rng(3).standard_normal((*of.y.shape, 6)) * np.isin(of.problem.block_of, list(acts_in))[:, None, None]
+    assert held_out(search(of, LAWS, X).view, [0]) == what
+
+
+def test_of_few_recordings_stretches_are_held_out_and_of_tables_rows():
+    of = design(11, groups=FEWEST - 1, rows=24)
+    view = search(of, LAWS).view
+    assert held_out(view, []) == STRETCHES
+    of.problem.blocks = [SimpleNamespace(steady=True)]
+    assert held_out(view, []) == STEADY

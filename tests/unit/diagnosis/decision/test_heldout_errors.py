@@ -8,7 +8,7 @@ from problems import design, law, search
 
 from nnhydro.diagnosis.constants import RHO
 from nnhydro.diagnosis.decision import heldout_errors
-from nnhydro.diagnosis.decision.heldout import FEWEST, fold_of_rows
+from nnhydro.diagnosis.decision.heldout import fold_of_rows
 from nnhydro.diagnosis.decision.heldout_errors import Proof, fitted_error, noise_error, prove
 from nnhydro.diagnosis.search.best_fit import best_fit
 
@@ -78,10 +78,6 @@ def test_the_proof_says_what_was_held_out(one):
     assert prove(one, one.score((1,)), None, 0).held_out == "stretches of recordings", "its phase is known from its own recording alone"
     of.problem.block_of = of.problem.group_of
     assert prove(one, one.score((1,)), None, 0).held_out == "frequencies of recordings"
-    of.problem.groups = FEWEST - 1
-    assert heldout_errors._held_out(one, one.score(())) == "stretches of recordings"
-    of.problem.blocks = [SimpleNamespace(steady=True)]
-    assert heldout_errors._held_out(one, one.score(())) == "rows of the steady tables"
 
 
 def test_the_error_of_a_fit_to_all_is_less_than_that_held_out_by_the_parameters_that_it_has(one):

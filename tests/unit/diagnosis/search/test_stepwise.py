@@ -112,6 +112,15 @@ def test_a_law_is_swapped_for_one_that_explains_more():
     assert one.climb(one.score((0,))).chosen == (1,)
 
 
+@pytest.mark.parametrize(("cause", "both"), [("", False), ("gap", True)])
+def test_laws_of_one_cause_exclude_each_other_and_other_causes_of_the_family_do_not(cause, both):
+    of = design(3, groups=8, rows=30)
+    X = np.random.default_rng(4).standard_normal((*of.y.shape, 2))
+    of.y = of.y + X.sum(axis=2)
+    one = search(of, (law("spring", family="transmission"), law("gap", family="transmission", cause=cause)), X)
+    assert (one.run().chosen == (0, 1)) == both
+
+
 def test_no_set_holds_more_effects_than_an_explanation_may():
     laws = tuple(law(f"law_{k}") for k in range(MOST_EFFECTS + 3))
     of = design(40, groups=6, rows=40)

@@ -3,29 +3,18 @@
 import numpy as np
 import pytest
 from oscillations import with_oscillation
-from problems import design, law, search, unknown
+from problems import design, law, search, unknown, with_values
 
 from nnhydro.diagnosis.constants import BASELINE_FORM, FEW_NATS, RHO
 from nnhydro.diagnosis.model.evidence import WhiteRows
 from nnhydro.diagnosis.model.sizes import without_unknown
 from nnhydro.diagnosis.search import values
 from nnhydro.diagnosis.search.best_fit import best_fit, fit_at
-from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.stepwise import Search
-from nnhydro.diagnosis.search.values import Values, _pool, _variance_between, says_nothing, scatter_between_recordings, values_of
+from nnhydro.diagnosis.search.values import Values, _pool, _variance_between, says_nothing, values_of
 from nnhydro.diagnosis.search.weighted_library import WeightedLibrary
 
 LAWS = tuple(law(f"law_{k}") for k in range(3))
-
-
-def with_values(beta, seed=0, groups=8, rows=30, noise=1.0, laws=LAWS, scale=1.0, joints=2):
-    """A search on a design in which the first law acts with `beta`, a number or one a recording, in the units of its effect."""
-    of = design(seed, groups=groups, rows=rows, noise=noise, joints=joints)
-    X = np.random.default_rng(seed + 50).standard_normal((*of.y.shape, sum(law.width for law in laws)))
-    each = np.broadcast_to(np.asarray(beta, float), groups)[of.problem.group_of]
-    of.y = of.y + each[:, None] / scale * X[..., 0]
-    one = search(of, laws, X, level=noise**2)
-    return Search(WeightedLibrary(one.whitened, Library(of, tuple(laws), (X,), np.full(X.shape[2], scale))), one.start)
 
 
 def found(one, chosen=(0,), k=0):
@@ -160,28 +149,6 @@ def test_a_value_is_cut_at_its_bounds_and_says_so_where_the_bound_is_not_zero(li
     assert got.mean[0] == pytest.approx(20 * value, rel=0.02, abs=1e-9)
     assert got.bounded == bounded
     assert found(with_values(beta, 8, noise=0.01, laws=laws)).bounded == bounded
-
-
-@pytest.mark.parametrize("spread", [0.0, 0.2, 0.5])
-def test_the_relative_scatter_between_recordings_is_that_planted(spread):
-    one = with_values(2.0 * (1 + spread * np.resize([1.0, -1.0], 8)), rows=200, noise=0.1)
-    assert scatter_between_recordings(one, one.score((0,)), 0) == pytest.approx(spread, rel=0.05, abs=0.02)
-
-
-def test_recordings_in_which_a_law_hardly_acts_tell_nothing_of_its_scatter():
-    one = with_values(2.0, rows=200, noise=0.1)
-    X = one.view.library.parts[0].copy()
-    slight = one.view.library.design.problem.group_of > 1
-    one.view.library.design.y[slight] -= 2.0 * X[slight][..., 0]
-    X[slight] *= 0.01  # of which noise makes sizes of any amount
-    faint = Search(WeightedLibrary(one.whitened.__class__(one.view.library.design, one.whitened.unknown, one.whitened.v),
-                                   Library(one.view.library.design, one.view.library.hypotheses, (X,), one.view.library.scale)), one.start)
-    assert scatter_between_recordings(faint, faint.score((0,)), 0) < 0.02
-
-
-def test_values_of_each_recording_s_own_have_no_scatter_between_recordings():
-    one = with_values([1.0, -1.0] * 4, noise=0.05, laws=(law("law_0", per_recording=True), *LAWS[1:]))
-    assert scatter_between_recordings(one, one.score((0,)), 0) == 0.0
 
 
 @pytest.mark.parametrize(("beta", "between"), [
