@@ -7,6 +7,7 @@ twist rings with the link's inertia: a linear equation of motion about the motio
 """
 
 from collections.abc import Callable
+from math import inf, isfinite
 
 import numpy as np
 import torch
@@ -22,6 +23,7 @@ STEP, MOST_STEPS = 0.4, 8  # radians of the resonance a step: its period 1 % lon
 LIGHTEST = 1e-9  # kg m^2
 BUCKLED = 0.1  # of the spring: what is left of it where a weight above the joint pulls the other way
 ROUNDS = 8
+HARDENING_ROUNDS = 6
 DONE = 1e-6  # of the largest torque: far below any sensor
 
 
@@ -66,16 +68,28 @@ def by_joint_motion(seen: SensorView, joint: int, channel: int) -> Tensor:
     return seen.memo.of(("by_joint_motion", joint, channel), difference)
 
 
-def ringing_twist(seen: SensorView, joint: int, stiffness: float, damping: float) -> Twist:
+def ringing_twist(seen: SensorView, joint: int, stiffness: float, damping: float, doubled: float = inf) -> Twist:
     """Return the twist delta of a spring that carries the link at `joint` (from 1), its rate and acceleration, each (n,).
 
-        J delta'' + (D + c) delta' + (S + k) delta = -tau_j        J, D, S = d tau_j / d (acceleration, rate, angle) of the joint
+        J delta'' + (D + c) delta' + (S + k + k (delta/delta_2)^2) delta = -tau_j      J, D, S = d tau_j / d (acceleration, rate, angle)
 
-    `stiffness` k in N m/rad, `damping` c in N m s/rad. By the trapezoidal rule, in steps short against the resonance, from rest under the
-    first torque. Where the resonance lies beyond the samples nothing rings. Source: linearisation of Spong (1987), with a damped spring.
+    `stiffness` k in N m/rad, `damping` c in N m s/rad, `doubled` delta_2 in rad. By the trapezoidal rule, in steps short against the
+    resonance, from rest under the first torque. Where the resonance lies beyond the samples nothing rings. The cubic spring is found in
+    HARDENING_ROUNDS, each with the stiffness at the twist before. Source: linearisation of Spong (1987), with a damped spring.
     """
+    twist = _linear_twist(seen, joint, torch.full_like(seen.motion.t, stiffness), damping)
+    square = twist[0] ** 2
+    for _ in range(HARDENING_ROUNDS if isfinite(doubled) else 0):
+        before = twist[0].abs()
+        twist = _linear_twist(seen, joint, stiffness * (1 + square / doubled**2), damping)
+        square = before * twist[0].abs()  # between both: from one round to the next the twist would jump to and fro
+    return twist
+
+
+def _linear_twist(seen: SensorView, joint: int, stiffness: Tensor, damping: float) -> Twist:
+    """The twist of a spring whose `stiffness` (n,) N m/rad varies in time."""
     tau = seen.joint_torque(seen.tau)[:, joint - 1]
-    k = (by_joint_motion(seen, joint, 0) + stiffness).clamp_min(BUCKLED * stiffness)
+    k = torch.maximum(by_joint_motion(seen, joint, 0) + stiffness, BUCKLED * stiffness)
     if seen.motion.steady or len(tau) < 4:
         still = torch.zeros_like(tau)
         return -tau / k, still, still

@@ -2,9 +2,10 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from math import pi, sqrt
+from math import inf, pi, sqrt
 from typing import final
 
+import torch
 from torch import Tensor
 
 from nnhydro.effects.compliance import Twist, by_joint_motion, direction, ringing_twist
@@ -20,15 +21,16 @@ STIFFEST = 1e-12  # rad/(N m): below, the drive is rigid
 @final
 @dataclass(frozen=True)
 class JointElasticity(InstrumentEffect):
-    """A damped torsion spring between the drive, which the encoder sees, and the link."""
+    """A damped torsion spring between the drive, which the encoder sees, and the link; some stiffen with the torque."""
 
     id = "joint_elasticity"
     family = "transmission"
     name = "compliant drive"
     mechanism = "Belt, gear or shaft give way under load: the angle of the link differs from that of the encoder."
-    equation = ("q_link = q_j + delta,  J delta'' + (D + c) delta' + (S + k) delta = -tau_j;  J, D, S = dtau_j/dqdd, dqd, dq;  "
-                "c = 2 zeta sqrt(k J)")
-    source = "Spong (1987), J. Dyn. Sys. Meas. Control 109, eq. 2.9, with damping in the spring: from general knowledge, not checked"
+    equation = ("q_link = q_j + delta,  J delta'' + (D + c) delta' + (S + k + k (delta/delta_2)^2) delta = -tau_j;  "
+                "J, D, S = dtau_j/dqdd, dqd, dq;  c = 2 zeta sqrt(k J);  h = 1/(k^3 delta_2^2): slowly, delta = -tau_j/k + h tau_j^3")
+    source = ("Spong (1987), J. Dyn. Sys. Meas. Control 109, eq. 2.9, with damping in the spring; cubic stiffening of harmonic drives: "
+              "Tuttle & Seering (1996), IEEE Trans. Robot. Autom. 12, 368: from general knowledge, not checked")
     signature = Signature(
         depends_on=("tau", "qdd"), parity="odd", region="strong acceleration: the inertia seems to grow with frequency",
         excited_by="quick oscillations up to near the resonance",
@@ -40,19 +42,28 @@ class JointElasticity(InstrumentEffect):
 
     compliance: Values = parameter("rad/(N m)", 1e-3, ANY_SIZE, "twist per torque, 1/k", per="arm")
     damping: Values = parameter("1", 0.05, (0.0, 2.0), "damping ratio zeta of link and spring", per="arm", linear=False, grid=(0.05, 0.3))
+    hardening: Values = parameter("rad/(N m)^3", 0.0, ANY_SIZE, "what the twist lacks per torque cubed, h", per="arm", absent=True)
+
+    def narrower(self) -> tuple["JointElasticity", ...]:
+        """Return the spring of one stiffness."""
+        return (replace(self, hardening=()),)
 
     def columns(self, seen: SensorView) -> Tensor:
-        """Return d reading / d compliance, (n, joints, 1)."""
-        twist = -seen.joint_torque(seen.tau)[:, self.joint - 1]
-        return seen.along(twist, self.joint)[..., None]
+        """Return d reading / d (compliance, hardening), (n, joints, 2), or of the first alone."""
+        tau = seen.joint_torque(seen.tau)[:, self.joint - 1]
+        return torch.stack([seen.along(twist, self.joint) for twist in (-tau, *[tau**3] * len(self.hardening))], dim=-1)
 
     def apply(self, seen: SensorView) -> Tensor:
         """Return the reading of an arm whose link rings on the spring as the drive moves it; each stretch begins without ringing."""
         if self.compliance[0] <= 0:
-            return seen.tau
+            return seen.tau + self.change(seen)
         twist = self._twist(seen)
         turn, rate, change = (direction(seen, x, self.joint) for x in twist)
         return seen.torque_of(seen.flow_moved_by(turn, rate, change))
+
+    def plausible(self) -> bool:
+        """Return whether there is a spring: what stiffens gives way."""
+        return self.compliance[0] > 0 or not any(self.hardening)
 
     def rough_secant(self, seen: SensorView) -> Tensor:
         """Return the columns of `secant` with the reading to first order in the twist."""
@@ -64,7 +75,8 @@ class JointElasticity(InstrumentEffect):
         """Twist, its rate and acceleration (n,) of the spring."""
         c = max(self.compliance[0], STIFFEST)
         inertia = self._inertia(seen)
-        return ringing_twist(seen, self.joint, 1 / c, 2 * self.damping[0] * sqrt(inertia / c))
+        h = sum(self.hardening)
+        return ringing_twist(seen, self.joint, 1 / c, 2 * self.damping[0] * sqrt(inertia / c), sqrt(c**3 / h) if h > 0 else inf)
 
     def extra_starts(self, seen: SensorView) -> tuple["JointElasticity", ...]:
         """Return drives whose resonance lies within the motion's band: about a rigid one the torque's curvature drowns all else there."""
@@ -82,8 +94,11 @@ class JointElasticity(InstrumentEffect):
     def quantities(self) -> dict[str, Quantity]:
         """Return compliance and stiffness; the damping that fits best grows with the encoder's noise, and tells nothing of the drive."""
         c = self.compliance[0]
-        return {"compliance": Quantity(c, "rad/(N m)"), "stiffness": Quantity(1 / max(c, STIFFEST), "N m/rad")}
+        made = {"compliance": Quantity(c, "rad/(N m)"), "stiffness": Quantity(1 / max(c, STIFFEST), "N m/rad")}
+        return made | ({"hardening": Quantity(self.hardening[0], "rad/(N m)^3")} if self.hardening else {})
 
     def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"The drive of joint {self.joint} is compliant, with a stiffness of {text['stiffness']}: a soft belt, gear or shaft."
+        stiffens = f" It stiffens: the twist lacks {text['hardening']} times the torque cubed." if "hardening" in text else ""
+        return (f"The drive of joint {self.joint} is compliant, with a stiffness of {text['stiffness']}: a soft belt, gear or "
+                f"shaft.{stiffens}")

@@ -1,5 +1,7 @@
 """A compliant drive: an oscillator that the drive shakes, in closed form and against integration, where it rings, sags and buckles."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypotheses import made, steady, view
@@ -41,6 +43,32 @@ def test_a_compliant_drive_rings_as_its_equation_of_motion_says_where_the_inerti
     read = drive.apply(seen)[:, 0].numpy()
     assert np.abs(read - spring).max() < 0.05 * np.abs(spring).max()
     assert np.abs(seen.tau[:, 0].numpy() - spring).max() > 0.2 * np.abs(spring).max(), "it rings"
+
+
+@pytest.mark.parametrize("strain", [0.5, 1.0, 1.5])
+def test_a_spring_that_stiffens_rings_as_its_cubic_equation_of_motion_says(strain):
+    """J delta'' + c delta' + k delta (1 + (delta/delta_2)^2) = -J q'', integrated by scipy; `strain` is the largest twist over delta_2."""
+    a, t, k, zeta = arm(1, density=0.0), np.linspace(0, 4, 1601), 60.0, 0.1
+    q = 0.4 / (1 + np.exp(-25 * (t - 1))) - 0.5 / (1 + np.exp(-20 * (t - 2.5)))
+    path, still = CubicSpline(t, q), tensor(0 * t)
+    seen = view(a, Motion(tensor(t), *(tensor(path(t, order))[:, None] for order in range(3)), still, still), "rigid")
+    J = LINKS[0]["inertia_kg_m2"] + LINKS[0]["mass_kg"] * LINKS[0]["com_m"] ** 2
+    linear = made("joint_elasticity", a, 1, compliance=(1 / k,), hardening=(), damping=(zeta,))
+    doubled, c = float(linear._twist(seen)[0].abs().max()) / strain, 2 * zeta * np.sqrt(k * J)
+    moved = solve_ivp(lambda at, x: [x[1], -path(at, 2) - (c * x[1] + k * x[0] * (1 + (x[0] / doubled) ** 2)) / J], (0, 4), [0.0, 0.0],
+                      t_eval=t, rtol=1e-9, atol=1e-12)
+    spring = -(k * moved.y[0] * (1 + (moved.y[0] / doubled) ** 2) + c * moved.y[1])
+    read = replace(linear, hardening=(1 / (k**3 * doubled**2),)).apply(seen)[:, 0].numpy()
+    assert np.abs(read - spring).max() < 0.05 * np.abs(spring).max()
+    assert np.abs(linear.apply(seen)[:, 0].numpy() - spring).max() > 0.1 * np.abs(spring).max()
+
+
+def test_to_third_order_a_hardening_is_what_the_twist_lacks_per_torque_cubed():
+    a = arm(1, density=0.0, gravity_m_s2=9.81)
+    seen = view(a, steady([[0.3]]), "rigid")
+    weight, c, h = float(seen.tau[0, 0]), 1e-4, 1e-8
+    twist = made("joint_elasticity", a, 1, compliance=(c,), hardening=(h,))._twist(seen)[0]
+    assert float(twist[0]) == pytest.approx(-c * weight + h * weight**3, rel=1e-2 * h * weight**2 / c + 2e-3)
 
 
 def test_a_compliant_drive_that_holds_a_weight_sags_and_does_not_ring():
