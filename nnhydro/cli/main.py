@@ -1,6 +1,7 @@
 """The `nnhydro` command: finds one command a file in this folder and turns every user's error into one line and exit code 2."""
 
 import errno
+import gc
 import importlib
 import io
 import pkgutil
@@ -18,6 +19,7 @@ import nnhydro.cli as folder
 
 EPILOG = "Start with: nnhydro demo. Then: nnhydro check YOUR_CAMPAIGN, nnhydro benchmark YOUR_CAMPAIGN --out DIR."
 NOT_COMMANDS = ("main",)
+COLLECTED = 50_000, 20, 50  # new objects before Python looks for unused cycles: a million lasting ones, of imports, are looked through too
 REMEDIES = {"ENOSPC": "make room, or name another place", "EDQUOT": "make room, or name another place",
             "EFBIG": "raise the limit on the size of files (ulimit -f)", "EMFILE": "raise the limit on open files (ulimit -n)"}
 
@@ -118,6 +120,7 @@ def _unbreakable(stream: TextIO | None) -> TextIO | None:
 
 def main() -> None:
     """Entry point of the `nnhydro` command."""
+    gc.set_threshold(*COLLECTED)
     sys.stdout, sys.stderr = _unbreakable(sys.stdout), _unbreakable(sys.stderr)
     code = run()
     try:

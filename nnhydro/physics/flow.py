@@ -33,6 +33,20 @@ from nnhydro.physics.motion import Motion, Water, tensor
 from nnhydro.recordings.arm import Arm
 
 
+def joint_by_joint(x: Tensor) -> Tensor:
+    """Return `x` (n, ...) with all rows of one joint side by side in memory: what is computed from it runs along the rows.
+
+    Row by row, each operation would start anew for the two or three links of a row, which takes several times as long.
+    """
+    return x.movedim(0, -1).contiguous().movedim(-1, 0)
+
+
+def sum_over_links(columns: Tensor) -> Tensor:
+    """Return the sum (n, joints) of `columns` (n, joints, links), link by link: torch's own sum over so few takes ten times as long."""
+    first, *others = columns.unbind(-1)
+    return sum(others, start=first)
+
+
 @final
 @dataclass(frozen=True, eq=False)
 class Flow:
@@ -63,7 +77,7 @@ class Flow:
 
     def in_water(self, velocity: Tensor, acceleration: Tensor) -> "Flow":
         """Return the flow in water that moves with these (n, 2), or (n, links, 2), besides what this flow's own water does."""
-        more = Water(velocity, acceleration)
+        more = Water(joint_by_joint(velocity), joint_by_joint(acceleration))
         made = replace(self, water=more if self.water is None else self.water + more)
         vars(made).update({name: getattr(self, name) for name in _OF_THE_ARM})
         return made
@@ -94,7 +108,7 @@ class Flow:
         """Absolute angles; the link of a linear axis stands across its travel."""
         if self.arm.sliding:
             return torch.full_like(self.motion.q, self.arm.direction_rad - pi / 2)
-        phi, base = self.motion.q.cumsum(dim=1), self.motion.base
+        phi, base = joint_by_joint(self.motion.q.cumsum(dim=1)), self.motion.base
         return phi if base is None else phi + base.heading[:, None]
 
     @cached_property
@@ -102,7 +116,7 @@ class Flow:
         """Absolute angular rates: the slope of the normal velocity."""
         if self.arm.sliding:
             return torch.zeros_like(self.motion.qd)
-        A, base = self.motion.qd.cumsum(dim=1), self.motion.base
+        A, base = joint_by_joint(self.motion.qd.cumsum(dim=1)), self.motion.base
         return A if base is None else A + base.rate[:, None]
 
     @cached_property
@@ -110,7 +124,7 @@ class Flow:
         """Absolute angular accelerations: the slope of the normal acceleration."""
         if self.arm.sliding:
             return torch.zeros_like(self.motion.qdd)
-        M, base = self.motion.qdd.cumsum(dim=1), self.motion.base
+        M, base = joint_by_joint(self.motion.qdd.cumsum(dim=1)), self.motion.base
         return M if base is None else M + base.acceleration[:, None]
 
     @cached_property
@@ -178,7 +192,8 @@ class Flow:
     def _of_joints(self) -> tuple[Tensor, Tensor, Tensor, Tensor]:  # (n, links) m/s, m/s, m/s^2, m/s^2
         """What the joints inboard add to B, u_x, N and du_x: their own motion about joint 1."""
         turning = self.A[:, None, :] * (self.A[:, :, None] - self.A[:, None, :])  # phid_j (phid_i - phid_j), (n, links i, links j)
-        (B, u_x), (N, du_x) = ([torch.einsum("nij,nj->ni", lever, x) for lever in (self.along, self.across)] for x in (self.A, self.M))
+        (B, u_x), (N, du_x) = ([joint_by_joint(torch.einsum("nij,nj->ni", lever, x)) for lever in (self.along, self.across)]
+                             for x in (self.A, self.M))
         return B, u_x, N - (self.across * turning).sum(-1), du_x + (self.along * turning).sum(-1)
 
     @cached_property
@@ -206,13 +221,13 @@ class Flow:
     @cached_property
     def lever_normal(self) -> Tensor:  # (n, joints j, links i) m
         """Lever about joint j of a normal load at joint i: sum_{p=j}^{i-1} L_p cos(phi_i - phi_p). Rivera (1995), eq. 3-1-22."""
-        lever = self.along.flip(-1).cumsum(-1).flip(-1).transpose(1, 2)
+        lever = joint_by_joint(self.along.flip(-1).cumsum(-1).flip(-1).transpose(1, 2))
         return self._with_hub(lever, -torch.sin(self.phi), torch.cos(self.phi))
 
     @cached_property
     def lever_axial(self) -> Tensor:  # (n, joints j, links i) m
         """Lever about joint j of an axial load on link i: sum_{p=j}^{i-1} L_p sin(phi_i - phi_p). Rivera (1995), eq. 3-1-28."""
-        lever = self.across.flip(-1).cumsum(-1).flip(-1).transpose(1, 2)
+        lever = joint_by_joint(self.across.flip(-1).cumsum(-1).flip(-1).transpose(1, 2))
         return self._with_hub(lever, torch.cos(self.phi), torch.sin(self.phi))
 
     def normal_columns(self, force: Tensor, moment: Tensor) -> Tensor:

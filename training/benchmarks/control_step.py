@@ -1,7 +1,8 @@
 """How long one step takes a controller: C and ONNX, double and single, median and 99th percentile; and 10^7 steps without allocation.
 
 `python training/benchmarks/control_step.py MODEL... ` writes the times of a step to control_step.json, `.. control_step.py loop MODEL...`
-the 10^7 steps; MODEL is a folder of a model.
+the 10^7 steps, `.. control_step.py rounds MODEL...` what onnxruntime cannot go below: rounds of operations that wait for one another, and
+the time of these operations on vectors that lie ready, beside the whole step; MODEL is a folder of a model.
 """
 
 import json
@@ -18,9 +19,14 @@ from machine import machine
 
 from nnhydro.deployment.files import export_step
 from nnhydro.deployment.native import compiler
+from nnhydro.deployment.onnx.clipping import with_clips
+from nnhydro.deployment.onnx.onnx_graph import Graph
+from nnhydro.deployment.onnx.schedule import rounds
+from nnhydro.deployment.step import record_step
 from nnhydro.models.storage import load_model
 
 STEPS, LOOP = 100_000, 10_000_000
+KINDS = {"double": np.float64, "single": np.float32}
 FLAGS = {"O2": ["-O2"], "native": ["-O3", "-march=native"]}  # what users have, and what the machine can do
 DRIVER = r"""
 #define _POSIX_C_SOURCE 199309L
@@ -74,16 +80,11 @@ def in_c(model, precision, steps, flags=tuple(FLAGS)):
         return found
 
 
-def in_onnx(model, precision, steps=5000):
-    """Return the nodes of a step, and least, median and 99th percentile of one call of onnxruntime on one thread, all bound."""
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / "m.onnx"
-        export_step(model, path, "onnx", precision)
-        nodes = len(onnx.load(path).graph.node)
-        options = onnxruntime.SessionOptions()
-        options.intra_op_num_threads = options.inter_op_num_threads = 1
-        session = onnxruntime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
-    kind = np.float64 if precision == "double" else np.float32
+def bound(model_bytes, kind):
+    """Return a call of the model in onnxruntime on one thread, with inputs and outputs bound, and what must stay in memory for it."""
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = options.inter_op_num_threads = 1
+    session = onnxruntime.InferenceSession(model_bytes, options, providers=["CPUExecutionProvider"])
     given = {x.name: np.full(x.shape, 0.1, kind) for x in session.get_inputs()}
     binding, held = session.io_binding(), {name: onnxruntime.OrtValue.ortvalue_from_numpy(x) for name, x in given.items()}
     for name, value in held.items():
@@ -91,27 +92,61 @@ def in_onnx(model, precision, steps=5000):
     for x, value in zip(session.get_outputs(), session.run(None, given), strict=True):
         held[x.name] = onnxruntime.OrtValue.ortvalue_from_numpy(value)
         binding.bind_ortvalue_output(x.name, held[x.name])
+    return lambda: session.run_with_iobinding(binding), held
+
+
+def microseconds(call, steps=5000):
+    """Return least, median and 99th percentile of one call."""
     took = []
     for _ in range(steps):
         start = time.perf_counter()
-        session.run_with_iobinding(binding)
+        call()
         took.append(1e6 * (time.perf_counter() - start))
-    return {"nodes": nodes, "least_us": min(took), "median_us": float(np.median(took)), "p99_us": float(np.quantile(took, 0.99))}
+    return {"least_us": min(took), "median_us": float(np.median(took)), "p99_us": float(np.quantile(took, 0.99))}
+
+
+def in_onnx(model, precision):
+    """Return the nodes of a step, and least, median and 99th percentile of one call of onnxruntime on one thread, all bound."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "m.onnx"
+        export_step(model, path, "onnx", precision)
+        call, _held = bound(path.read_bytes(), KINDS[precision])
+        return {"nodes": len(onnx.load(path).graph.node), **microseconds(call)}
+
+
+def operations_alone(recorded, precision):
+    """Return the rounds of a step, and nodes and times of its operations alone: no sum, no network, no value led to where it is needed."""
+    program, flat = with_clips(recorded.program, [x for values in recorded.outputs.values() for x in values.ravel()])
+    planned, graph, helper = rounds(program, flat), Graph(KINDS[precision]), onnx.helper
+    number, sizes, made = helper.np_dtype_to_tensor_dtype(graph.dtype), set(), []
+    for kind, atoms in ((kind, atoms) for kinds in planned for kind, atoms in kinds.items() if kind not in ("maxof", "minof")):
+        sizes.add(len(atoms))
+        made.append(graph.operation(kind, [f"x{len(atoms)}"] * len(program.atoms[atoms[0]].operands)))
+    given = [helper.make_tensor_value_info(f"x{size}", number, [size]) for size in sizes]
+    whole = helper.make_graph(graph.nodes, "operations", given, [helper.make_tensor_value_info(name, number, None) for name in made],
+                              list(graph.constants.values()))
+    call, _held = bound(helper.make_model(whole, opset_imports=[helper.make_opsetid("", 18)], ir_version=10).SerializeToString(),
+                        KINDS[precision])
+    return {"rounds": len(planned), "nodes": len(graph.nodes), **microseconds(call)}
 
 
 def main():
     """Measure every model and write control_step.json."""
-    path, looped = Path(__file__).with_suffix(".json"), sys.argv[1:2] == ["loop"]
-    models = {folder.name: load_model(folder) for folder in map(Path, sys.argv[1 + looped:])}
+    path, mode = Path(__file__).with_suffix(".json"), sys.argv[1] if sys.argv[1:2] in (["loop"], ["rounds"]) else ""
+    models = {folder.name: load_model(folder) for folder in map(Path, sys.argv[1 + bool(mode):])}
     before = json.loads(path.read_text()) if path.exists() else {}
-    if looped:
+    if mode == "loop":
         found = before | {"loop": {name: in_c(model, "double", LOOP, ["native"])["native"] for name, model in models.items()}}
         print(json.dumps(found["loop"], indent=1))
+    elif mode == "rounds":
+        made = {name: {precision: {"operations alone": operations_alone(record_step(model), precision), "step": in_onnx(model, precision)}
+                       for precision in KINDS} for name, model in models.items()}
+        found = before | {"rounds": {"machine": machine("onnxruntime"), **made}}
+        print(json.dumps(found["rounds"], indent=1))
     else:
-        found = {"machine": machine(), "loop": before.get("loop", {})}
+        found = {"machine": machine(), "loop": before.get("loop", {}), "rounds": before.get("rounds", {})}
         for name, model in models.items():
-            found[name] = {precision: {"c": in_c(model, precision, STEPS), "onnx": in_onnx(model, precision)}
-                           for precision in ("double", "single")}
+            found[name] = {precision: {"c": in_c(model, precision, STEPS), "onnx": in_onnx(model, precision)} for precision in KINDS}
             print(name, json.dumps(found[name], indent=1), flush=True)
     path.write_text(json.dumps(found, indent=1) + "\n")
 

@@ -216,7 +216,7 @@ class Graph:
             for (kind, _), part in zip(slots, parts, strict=True):
                 vectors[kind].append(part)
             for kind, atoms in plain.items():
-                self.chunk(self._operation(kind, vectors[kind]), [((k, 1.0),) for k in atoms])
+                self.chunk(self.operation(kind, vectors[kind]), [((k, 1.0),) for k in atoms])
 
     def _operands(self, vectors: list[list[Row]]) -> list[str]:
         """Return vectors of the values of rows: by one matrix, or new sums first and then all gathered."""
@@ -237,7 +237,7 @@ class Graph:
     def _cut(self, whole: str, sizes: list[int]) -> list[str]:
         return [whole] if len(sizes) == 1 else self.node("Split", [whole, self.constant(sizes, np.int64)], len(sizes), axis=0)
 
-    def _operation(self, kind: str, parts: list[str]) -> str:
+    def operation(self, kind: str, parts: Sequence[str]) -> str:
         """Add the nodes of one operation and return the name of its result."""
         if kind in TESTS:
             truth = self.node(TESTS[kind], [parts[0], self.constant(0.0)])

@@ -11,7 +11,7 @@ from torch import Tensor
 
 from nnhydro.effects.effect import ANY_SIZE, LoadEffect, Signature, Values, effect, parameter
 from nnhydro.effects.quantity import Quantity
-from nnhydro.physics.flow import Flow
+from nnhydro.physics.flow import Flow, sum_over_links
 from nnhydro.physics.motion import tensor
 
 TINY = 1e-300
@@ -54,7 +54,7 @@ class OscillatingMass(LoadEffect):
         w, a = (x[:, at] for x in flow.arm_memo.of(("normal motion", c), lambda: normal_motion(flow, c)))
         force = torch.zeros_like(flow.phi)
         force[:, at] = (self._acceleration(flow, w) - a) / c**2
-        return flow.normal_columns(force, force * c * flow.L).sum(-1, keepdim=True)
+        return sum_over_links(flow.normal_columns(force, force * c * flow.L))[..., None]
 
     @property
     def _root(self) -> complex:

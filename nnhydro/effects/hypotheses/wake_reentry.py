@@ -9,7 +9,7 @@ from torch import Tensor
 
 from nnhydro.effects.effect import LoadEffect, Signature, Values, effect, parameter
 from nnhydro.physics.carried import StepMemory
-from nnhydro.physics.flow import Flow
+from nnhydro.physics.flow import Flow, sum_over_links
 from nnhydro.physics.strips import Strips
 from nnhydro.physics.travel.wake_memory import dragged_along, overtaking, overtaking_by_law
 
@@ -67,7 +67,7 @@ class WakeReentry(LoadEffect):
         rest = (w - o).abs() * (w - o) - w.abs() * w - first
         back = m * w < 0
         parts = (torch.where(back, 0.0, first), torch.where(back, first, 0.0), rest, *[-2 * w.abs() * (m - o)] * len(self.following))
-        return torch.stack([strips.to_joints(0.5 * flow.rho * flow.D[:, None] * f).sum(-1) for f in parts], dim=-1)
+        return torch.stack([sum_over_links(strips.to_joints(0.5 * flow.rho * flow.D[:, None] * f)) for f in parts], dim=-1)
 
     def _carried_wake(self, flow: Flow, w: Tensor, carried: StepMemory) -> Tensor:
         """The water behind the strips of arms that are stepped through time: the wake v and what it drags along, from step to step."""

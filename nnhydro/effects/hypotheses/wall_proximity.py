@@ -9,7 +9,7 @@ import torch
 from torch import Tensor
 
 from nnhydro.effects.effect import LoadEffect, Signature, Values, effect, parameter
-from nnhydro.physics.flow import Flow
+from nnhydro.physics.flow import Flow, sum_over_links
 from nnhydro.physics.strips import Strips
 from nnhydro.physics.travel.term import unit_drag, unit_inertia
 
@@ -51,7 +51,7 @@ class WallProximity(LoadEffect):
         step = flow.L * towards
         place = (step.cumsum(1) - step)[..., None] + strips.x * towards[..., None]
         near = torch.exp((place / flow.L.sum() - 1) / self.depth[0])
-        return torch.stack([strips.to_joints(f * near).sum(-1) for f in (unit_drag(strips), unit_inertia(strips))], dim=-1)
+        return torch.stack([sum_over_links(strips.to_joints(f * near)) for f in (unit_drag(strips), unit_inertia(strips))], dim=-1)
 
     def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""

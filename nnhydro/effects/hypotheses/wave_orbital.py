@@ -11,6 +11,7 @@ from torch import Tensor
 from nnhydro.effects.effect import InstrumentEffect, Signature, Values, effect, parameter
 from nnhydro.effects.quantity import Quantity
 from nnhydro.effects.sensor_view import SensorView
+from nnhydro.physics.flow import sum_over_links
 from nnhydro.physics.loads.water_pressure import pressure_columns
 
 GRAVITY = 9.81  # m/s^2
@@ -99,7 +100,7 @@ class WaveOrbital(InstrumentEffect):
         if seen.motion.steady or len(seen.motion) < 2:
             return seen.tau
         velocity, acceleration = ((x @ self.linear_values())[..., None] * self._d for x in self._waves(seen))
-        pressed = seen.as_read(pressure_columns(seen.flow, *acceleration.unbind(-1))).sum(dim=-1)
+        pressed = sum_over_links(seen.as_read(pressure_columns(seen.flow, *acceleration.unbind(-1))))
         return seen.torque_of(seen.flow.in_water(velocity, acceleration)) + pressed
 
     def tangent(self, seen: SensorView) -> Tensor:

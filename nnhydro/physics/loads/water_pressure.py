@@ -15,7 +15,7 @@ from typing import ClassVar, final
 import torch
 from torch import Tensor
 
-from nnhydro.physics.flow import Flow
+from nnhydro.physics.flow import Flow, sum_over_links
 from nnhydro.physics.load_term import LoadTerm
 from nnhydro.physics.loads.added_mass import displaced_mass
 
@@ -39,4 +39,4 @@ class WaterPressure(LoadTerm):
         if flow.motion.current is None:
             return torch.zeros_like(flow.motion.q)
         *_, ax, ay = flow.motion.current.at_links()
-        return pressure_columns(flow, ax, ay).sum(dim=-1)
+        return sum_over_links(pressure_columns(flow, ax, ay))

@@ -1,0 +1,13 @@
+"""The command as a program of its own."""
+
+import subprocess
+import sys
+
+from nnhydro.cli.main import COLLECTED
+
+
+def test_a_command_looks_for_unused_cycles_of_objects_seldom():
+    script = ("import atexit, gc, sys\nfrom nnhydro.cli.main import main\natexit.register(lambda: print(gc.get_threshold()))\n"
+              "sys.argv = ['nnhydro', '--version']\nmain()")
+    said = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout
+    assert said.splitlines()[-1] == str(COLLECTED)
