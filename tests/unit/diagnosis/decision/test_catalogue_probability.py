@@ -6,6 +6,7 @@ from problems import design, law, search, unknown
 
 import nnhydro.diagnosis.decision.catalogue_probability as deciding
 from nnhydro.diagnosis.constants import FEW_NATS, LEAST_GAIN, LISTED, TRUSTED_RATIO
+from nnhydro.diagnosis.decision import catalogue_probability
 from nnhydro.diagnosis.decision.catalogue_probability import listed_probability, share_left_of_form
 from nnhydro.diagnosis.decision.decide import decide
 from nnhydro.diagnosis.decision.scatter import scatter_between_recordings
@@ -50,6 +51,16 @@ def test_the_probability_of_a_special_cause_falls_with_the_share_that_it_leaves(
     scatter = scatter_between_recordings(one, one.score((0,)), 0)
     want = LISTED / (1 + (max(left(one), 0.0) / TRUSTED_RATIO) ** 4 + (scatter / TRUSTED_RATIO) ** 4)
     assert one.nats_of_unknown(one.score((0,)), [0]) > FEW_NATS
+    assert listed_probability(one, one.score((0,)), 0) == pytest.approx(want)
+
+
+@pytest.mark.parametrize(("recordings", "parts"), [(0.3, 0.1), (0.1, 0.3)])
+def test_the_larger_scatter_of_the_size_counts(monkeypatch, recordings, parts):
+    one = hidden(0.001)
+    monkeypatch.setattr(catalogue_probability, "scatter_between_recordings", lambda *given: recordings)
+    monkeypatch.setattr(catalogue_probability, "scatter_between_parts", lambda *given: parts)
+    share = max(left(one), 0.0) / TRUSTED_RATIO
+    want = LISTED / (1 + share**4 + (0.3 / TRUSTED_RATIO) ** 4)
     assert listed_probability(one, one.score((0,)), 0) == pytest.approx(want)
 
 
