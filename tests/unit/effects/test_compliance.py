@@ -71,6 +71,14 @@ def test_to_third_order_a_hardening_is_what_the_twist_lacks_per_torque_cubed():
     assert float(twist[0]) == pytest.approx(-c * weight + h * weight**3, rel=1e-2 * h * weight**2 / c + 2e-3)
 
 
+def test_the_column_of_the_hardening_is_what_it_changes_of_the_reading():
+    a = arm(1, density=0.0, gravity_m_s2=9.81)
+    seen, c, h = view(a, steady([[0.3], [1.2]]), "rigid"), 1e-5, 1e-10
+    soft, stiffening = (made("joint_elasticity", a, 1, compliance=(c,), hardening=(x,)) for x in (0.0, h))
+    changed = (stiffening.apply(seen) - soft.apply(seen)) / h
+    assert_close(changed, stiffening.columns(seen)[..., 1], rtol=0.02)
+
+
 def test_a_compliant_drive_that_holds_a_weight_sags_and_does_not_ring():
     a, t, k = arm(1, density=0.0, gravity_m_s2=9.81), np.linspace(0, 4, 401), 200.0
     still = tensor(np.zeros((401, 1)))

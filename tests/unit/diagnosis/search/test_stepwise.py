@@ -121,6 +121,16 @@ def test_laws_of_one_cause_exclude_each_other_and_other_causes_of_the_family_do_
     assert (one.run().chosen == (0, 1)) == both
 
 
+@pytest.mark.parametrize("rough", [True, False])
+def test_a_rough_start_of_a_settled_instrument_is_not_screened_again(rough):
+    of = design(3, groups=8, rows=30)
+    X = np.random.default_rng(4).standard_normal((*of.y.shape, 1))
+    of.y = of.y + X[..., 0]
+    one = search(of, (law("late", rough=rough, working_model=object()),), X)
+    assert one.screen(()) == [0]
+    assert replace(one, settled=frozenset({("late", 0)})).screen(()) == ([] if rough else [0])
+
+
 def test_no_set_holds_more_effects_than_an_explanation_may():
     laws = tuple(law(f"law_{k}") for k in range(MOST_EFFECTS + 3))
     of = design(40, groups=6, rows=40)
