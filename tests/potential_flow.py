@@ -35,3 +35,15 @@ def transverse_force(rho, c, U, z_k, Gamma_k, velocity_k, dGamma_k):
     """Return F_Y, the lift of the water on the cylinder, N a metre of span."""
     image, moved = image_positions(z_k, c), image_velocities(U, c, z_k, velocity_k)
     return float(rho * np.sum(Gamma_k * (velocity_k.real - U - moved.real)) - rho * np.sum(image.real * dGamma_k))
+
+
+def complex_pairs(rows):
+    """Pairs (real, imaginary part) as complex numbers (n,)."""
+    return np.array([complex(*row) for row in rows], dtype=complex)
+
+
+def random_flow(seed, n=5):
+    """Vortices well outside a cylinder of radius 0.04 m: radius, U, dU, z_k, Gamma_k, dGamma_k."""
+    rng = np.random.default_rng(seed)
+    z = 0.04 * rng.uniform(1.3, 3.0, n) * np.exp(1j * rng.uniform(-np.pi, np.pi, n))
+    return 0.04, 0.8, -1.7, z, rng.normal(0, 0.05, n), rng.normal(0, 0.5, n)

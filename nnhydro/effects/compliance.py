@@ -3,7 +3,7 @@
     q_link = q_drive + twist,   tau = tau(q_link, dq_link/dt, d2q_link/dt2)
 
 A gap's twist is a law of the torque: fixed-point iteration; where it does not converge, the last round that came closer is kept. A spring's
-twist rings with the link's inertia: a linear equation of motion about the motion of the drive.
+twist rings with the link's inertia: an equation of motion about the motion of the drive.
 """
 
 from collections.abc import Callable
@@ -23,7 +23,7 @@ STEP, MOST_STEPS = 0.4, 8  # radians of the resonance a step: its period 1 % lon
 LIGHTEST = 1e-9  # kg m^2
 BUCKLED = 0.1  # of the spring: what is left of it where a weight above the joint pulls the other way
 ROUNDS = 8
-HARDENING_ROUNDS = 6
+HARDENING_ROUNDS = 6  # at a twist of 1.5 times that of double stiffness, the reading is then within 5 %
 DONE = 1e-6  # of the largest torque: far below any sensor
 
 

@@ -28,7 +28,7 @@ FAINT = 1e-3  # of the energy of all parts: a part with less tells no size
 
 
 def _torque(search: Search, found: ScoredSet, k: int) -> tuple[BestFit, NDArray[np.int64], Array]:
-    """Return the best fit of a set, and where the coefficients of member `k` are in it; and its whitened torque (n, joints)."""
+    """Return the best fit of a set, the places of member `k` among its coefficients, and the member's whitened torque (n, joints)."""
     fit, place = best_fit(search, found), found.places(search.view)[k]
     at = np.searchsorted(fit.coefficients, np.arange(place.start, place.stop))
     return fit, at, fit.rows[..., at] @ fit.posterior.mean[place]

@@ -112,7 +112,7 @@ class WakeReentry(LoadEffect):
 
     def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
-        goes_on = f" While it goes on, it is {text['following']} of the wake's speed." if self.following else ""
+        goes_on = f" While the link goes on, it is {text['following']} of the wake's whole speed." if self.following else ""
         return (f"The arm meets its own wake. After a stop, the wake pushes the link with a C_D of {text['push']}. While the link slows "
                 f"down, C_D times the acting share of the wake's excess speed is {text['slowing']}; after a reversal it is "
                 f"{text['meeting']}.{goes_on} The wake decays over {text['length']} diameters and at {text['fading']}{self._twice(text)}.")

@@ -7,6 +7,7 @@ import pytest
 from diagnosed import searched
 from problems import law, with_values
 
+from nnhydro.diagnosis.decision import scatter
 from nnhydro.diagnosis.decision.scatter import _parts, scatter_between_parts, scatter_between_recordings
 from nnhydro.diagnosis.model.evidence import WhiteRows
 from nnhydro.diagnosis.search.library import Library
@@ -50,15 +51,42 @@ def test_a_delay_of_the_torque_sensor_has_one_size_for_inertia_and_drag():
     assert scatter_between_parts(*_late_arm()) < 0.05
 
 
-@pytest.mark.slow
-def test_a_delay_of_the_drag_alone_has_not():
+def _arm_whose_drag_is_late():
+    """The same where the drag alone is late."""
     one, claimed, late = _late_arm()
     library, design, at = one.view.library, one.view.library.design, claimed.places(one.view)[late]
     parts = _parts(one, claimed, late, claimed.fit.mean[at])
     other = replace(design, y=design.y - parts.sum(axis=2) + parts[..., 1])
     view = WeightedLibrary(WhiteRows(other, one.whitened.unknown, one.whitened.v), replace(library, design=other))
     lagged = Search(view, one.start)
-    assert scatter_between_parts(lagged, lagged.score(claimed.chosen), late) > 0.3
+    return lagged, lagged.score(claimed.chosen), late
+
+
+@pytest.mark.slow
+def test_a_delay_of_the_drag_alone_has_not():
+    assert scatter_between_parts(*_arm_whose_drag_is_late()) > 0.3
+
+
+@pytest.mark.slow
+def test_the_parts_make_up_the_member_whatever_the_terms_alone_leave_of_it(monkeypatch):
+    arm, true = _arm_whose_drag_is_late(), scatter._parts
+    whole = scatter_between_parts(*arm)
+    monkeypatch.setattr(scatter, "_parts", lambda *given: true(*given) * np.array([1.0] * (true(*given).shape[2] - 1) + [0.5]))
+    assert scatter_between_parts(*arm) == pytest.approx(whole, rel=0.02)
+
+
+@pytest.mark.slow
+def test_a_size_for_each_part_gains_what_two_fits_say_less_one_half_nat_a_size(monkeypatch):
+    """Of parts drawn at random, sizes of their own gain as noise does: twice the nats are more than their number less one in some draws."""
+    one, claimed, late = _late_arm()
+    fit, _, torque = scatter._torque(one, claimed, late)
+    rng, sw = np.random.default_rng(0), fit.whitened.sw
+    gains = []
+    for _ in range(40):
+        split = rng.standard_normal((*torque.shape, 30)) * np.abs(torque).mean() / sw[..., None]
+        monkeypatch.setattr(scatter, "_parts", lambda *given, split=split: split)
+        gains.append(scatter_between_parts(one, claimed, late) > 0)
+    assert 0.05 < np.mean(gains) < 0.8
 
 
 def test_what_acts_on_no_part_of_the_torque_has_no_scatter_between_parts():

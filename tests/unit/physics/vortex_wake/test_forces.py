@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from potential_flow import transverse_force, velocity, vortex_velocities
+from potential_flow import complex_pairs, random_flow, transverse_force, velocity, vortex_velocities
 
 from nnhydro.physics.vortex_wake.forces import added_mass_coefficient, drag_coefficient, feeding_force, inline_force
 from nnhydro.physics.vortex_wake.potential import image_positions, image_velocities
@@ -13,17 +13,6 @@ from nnhydro.physics.vortex_wake.potential import image_positions, image_velocit
 GOLDEN = json.loads((Path(__file__).parents[3] / "golden" / "potential_flow.json").read_text())
 GOLDEN_REL = 1e-10  # stated in the golden file
 RHO = 1000.0
-
-
-def complex_pairs(rows):
-    return np.array([complex(*row) for row in rows], dtype=complex)
-
-
-def random_flow(seed, n=5):
-    """Vortices well outside a cylinder of radius 0.04 m: radius, U, dU, z_k, Gamma_k, dGamma_k."""
-    rng = np.random.default_rng(seed)
-    z = 0.04 * rng.uniform(1.3, 3.0, n) * np.exp(1j * rng.uniform(-np.pi, np.pi, n))
-    return 0.04, 0.8, -1.7, z, rng.normal(0, 0.05, n), rng.normal(0, 0.5, n)
 
 
 @pytest.mark.parametrize("case", GOLDEN["cases"], ids=lambda case: f"{len(case['z_k'])} vortices")
