@@ -29,22 +29,23 @@ HERE = Path(__file__).parent
 CONFIG = tomllib.loads((HERE / "config.toml").read_text())
 HEAD = """# A trained memory of the strips
 
-**Measured with development versions of 0.2 (25 and 26 November 2026).** The net is that of `net.py`.
+**Measured with one development version of 0.2.1 (dev1153, 27 November 2026).** The net is that of `net.py`.
 
 `python training/strip_memory/run.py`; every choice stands in `config.toml`, the net in `net.py`, every number in `results.json`. A small
 recurrent net that all strips share is trained on `torques`, the joint torques that were recorded. With `forces`, it is trained on the true
 force of every strip, which no rig measures. This shows how much of the force the history of a strip determines. `/8` means training on 8
-recordings of each fold, and `*3` the mean of three nets. `hybrid` is a net that has learned the residual of the calibrated constants, and
-is used in full. `stacked` is a net like that of `torques`, of which a share replaces the constants. `+gain` chooses for each joint the
-share with the largest mean gain in N m, on recordings that other nets have not seen. There are three such nets, each trained without a
-third of the recordings. `+sure` chooses the share with the largest mean gain minus one standard error. Size, inputs and passes were chosen
-on two folds of vortex_tank, and the rule of the share on this table. Its figures are therefore somewhat optimistic. Nets of `torques` start
-from other numbers than those of `hybrid` and `stacked`.
+recordings of each fold, and `*3` the mean of three nets. `hybrid` is a net that has learned the residual of the calibrated constants. Its
+residual is added in full. `stacked` is a net like that of `torques`, of which a share replaces the constants. `+gain` chooses for each
+joint the share with the largest mean gain in N m, on recordings that other nets have not seen. There are three such nets, each trained
+without a third of the recordings. `+sure` chooses the share with the largest mean gain minus one standard error. Size, inputs and passes
+were chosen on two folds of vortex_tank, and the rule of the share on this table. The figures of that rule are therefore somewhat
+optimistic. Nets of `torques` start from other numbers than those of `hybrid` and `stacked`.
 
-error = sum |tau - model| / sum |tau| in % on what is held out, every third row. today, constant: as in `training/independent_tanks`.
+error = sum |tau - model| / sum |tau| in % on what is held out, every third row. current hybrid, constant: as in
+`training/independent_tanks`.
 `worst`, `> 1.1`: error on a recording over that of `constant` there. s: processor time of a fold.
 
-| held out | trained on | error | today | constant | worst | > 1.1 | s |
+| held out | trained on | error | current hybrid | constant | worst | > 1.1 | s |
 | --- | --- | --- | --- | --- | --- | --- | --- |"""
 
 
