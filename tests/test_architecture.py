@@ -38,6 +38,7 @@ SHORT_MODULES = {
     "deployment/onnx/row_blocks.py": "serves the ONNX graph and the tables of the C program",
     "deployment/sine.py": "its numbers serve the C program and numba",
     "diagnosis/constants.py": "the table of docs/diagnosis.md is made of it",
+    "diagnosis/decision/form_error.py": "is one statistic, as the other modules of the folder are",
     "diagnosis/findings/impossible_coefficients.py": "is one statistic, and no other asks for it",
     "diagnosis/findings/sheets.py": "needs no more than diagnosis.json; findings, report, Python and commands show it",
     "effects/dry_contact.py": "three hypotheses share it, and their folder is a registry",

@@ -17,11 +17,12 @@ A member k of the best set S is claimed if it passes six tests.
 6. Catalogue: it is more probable than a similar cause outside the catalogue (decision.catalogue_probability).
 
 Members that fail leave the set, and the others are judged again: first the one least probably in the catalogue, then the one that gains
-least. A member dismissed as the form of another leaves last, and is judged again when that other fails.
+least. A member dismissed as the form of another leaves last, and is judged again when that other fails. The set with the higher score is
+claimed where a member that fails could also stay: without those that share what it explains, or because claims fall with it.
 """
 
-from collections.abc import Sequence, Set
-from dataclasses import dataclass, replace
+from collections.abc import Set
+from dataclasses import dataclass, field, replace
 from typing import Any, final
 
 import numpy as np
@@ -30,13 +31,13 @@ from scipy.special import ndtri
 
 from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, LEAVES, P_ALARM, PRECISE, RELEVANT
 from nnhydro.diagnosis.decision.catalogue_probability import listed_probability
+from nnhydro.diagnosis.decision.form_error import form_bars
 from nnhydro.diagnosis.decision.heldout import log_densities
 from nnhydro.diagnosis.decision.heldout_errors import Proof, fitted_error, prove
 from nnhydro.diagnosis.decision.null_draws import null_threshold
 from nnhydro.diagnosis.decision.other_frequencies import share_elsewhere
 from nnhydro.diagnosis.decision.parameters_per_recording import nats_of_parameters_per_recording
 from nnhydro.diagnosis.problem.design import relevant_share
-from nnhydro.diagnosis.problem.hypothesis import AnyEffect
 from nnhydro.diagnosis.search.best_fit import best_fit
 from nnhydro.diagnosis.search.scored_set import ScoredSet
 from nnhydro.diagnosis.search.stepwise import Search
@@ -45,7 +46,10 @@ from nnhydro.models.strip_theory import StripTheory
 from nnhydro.sheet import percent
 
 Array = NDArray[np.float64]
+Shares = dict[int, float]
 LEAST_PROBABLE = 0.5  # of a name: below it a cause on no card is more probable
+EXPLAINED = "a claimed effect explains what it does, and more"
+IMPROBABLE = "a cause outside the catalogue is more probable: much remains, or the size differs between recordings"
 
 
 @final
@@ -73,11 +77,11 @@ class Claims:
 
     claimed: ScoredSet
     decisions: tuple[Decision, ...]
-    shares: dict[int, float]
+    shares: Shares
     as_form: frozenset[int] = frozenset()
 
 
-def torque_shares(search: Search, found: ScoredSet) -> dict[int, float]:
+def torque_shares(search: Search, found: ScoredSet) -> Shares:
     """Return the rms of each member's torque over the torque's rms, at the joint where it is largest."""
     view = search.view
     whitened, design = view.whitened, view.library.design
@@ -97,57 +101,74 @@ def _precision(search: Search, found: ScoredSet, k: int) -> float:
 
 def decide(search: Search, best: ScoredSet, seed: int) -> Claims:
     """Return what of `best` is claimed, and a decision for each candidate."""
-    decisions: dict[int, Decision] = {}
-    now, as_form = best, frozenset[int]()
-    while now.chosen:
+    return _Elimination(search, seed).claims(best, frozenset(), frozenset())
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class _Elimination:
+    """Backward elimination of members that fail: what of a set is claimed, found once a set."""
+
+    search: Search
+    seed: int
+    found: dict[tuple[tuple[int, ...], frozenset[int], frozenset[int]], Claims] = field(default_factory=dict)
+
+    def claims(self, now: ScoredSet, as_form: frozenset[int], exact: frozenset[int]) -> Claims:
+        """Return what of `now` is claimed; `as_form` left as the form of others, and `exact` is the form of none."""
+        key = now.chosen, as_form, exact
+        if key not in self.found:
+            self.found[key] = self._claims(now, as_form, exact) if now.chosen else Claims(now, (), {}, as_form)
+        return self.found[key]
+
+    def _claims(self, now: ScoredSet, as_form: frozenset[int], exact: frozenset[int]) -> Claims:
+        search = self.search
+        judged, failed, shares = self._judge_all(now, exact)
+        if not failed:
+            return Claims(now, tuple(judged.values()), shares, as_form)
+        form, *_, worst = min(failed)
+        rest = _without(search, now, {worst})
+        if form:
+            made = self.claims(rest, as_form | {worst}, exact)
+            fallen = {k for k, decision in judged.items() if decision.claimed} - {*made.claimed.chosen}
+            rival = (now, as_form, exact | {worst}) if fallen else None
+        else:
+            made = self.claims(search.score(sorted({*rest.chosen, *as_form})), frozenset(), exact)
+            sharing = _sharing(search, now, worst) if judged[worst].reason == IMPROBABLE else set()
+            rival = (_without(search, now, sharing), as_form, exact) if sharing else None
+        if rival and worst in (other := self.claims(*rival)).claimed.chosen and other.claimed.score > made.claimed.score:
+            made = other
+        known = {(decision.effect, decision.joint) for decision in made.decisions}
+        left = [decision if k == worst else replace(decision, claimed=False, reason=EXPLAINED) for k, decision in judged.items()]
+        return replace(made, decisions=(*(d for d in left if (d.effect, d.joint) not in known), *made.decisions))
+
+    def _judge_all(self, now: ScoredSet, exact: frozenset[int]) -> tuple[dict[int, Decision], list[tuple[bool, float, float, int]], Shares]:
+        """Return the decisions on the members of a set, those that fail with what orders them, and all shares of the torque."""
+        search, seed = self.search, self.seed
         rests = {k: _without(search, now, {k}) for k in now.chosen}
         densities = log_densities(search.view, [now, *rests.values()], seed)
         by_fold = densities[:, :1] - densities[:, 1:]  # (folds, members)
         shares = torque_shares(search, now)
         chance = max(LEAST_GAIN, max(null_threshold(search, rest, seed) for rest in rests.values()))
-        bars = _form_bars(search, now, list(rests.values()))
+        bars = [0.0 if k in exact else bar for k, bar in zip(now.chosen, form_bars(search, now, list(rests.values())), strict=True)]
         judged = {k: _judge(search, now, rests[k], k, by_fold[:, i], shares, max(chance, bars[i])) for i, k in enumerate(now.chosen)}
         failed = [(chance < gain <= bar, min(listed_probability(search, now, k), LEAST_PROBABLE), gain, k)
                   for k, bar in zip(now.chosen, bars, strict=True) if not judged[k].claimed for gain in (search.gain(rests[k], now),)]
-        if not failed:
-            return Claims(now, (*(d for k, d in decisions.items() if k not in judged), *judged.values()), shares, as_form)
-        form, *_, worst = min(failed)
-        decisions = {k: d for k, d in decisions.items() if k != worst} | {worst: judged[worst]}
-        now = rests[worst] if form else search.score(sorted({*rests[worst].chosen, *as_form}))
-        as_form = as_form | {worst} if form else frozenset()
-    return Claims(now, tuple(decisions.values()), {}, as_form)
+        return judged, failed, shares
 
 
 def _without(search: Search, found: ScoredSet, members: Set[int]) -> ScoredSet:
     return search.score(tuple(k for k in found.chosen if k not in members))
 
 
-def _form_bars(search: Search, now: ScoredSet, rests: Sequence[ScoredSet]) -> list[float]:
-    """Return the gain of each member that an error in the form of another member could explain.
+def _sharing(search: Search, now: ScoredSet, k: int) -> set[int]:
+    """Return the members that gain less than member `k`, and more without it: they explain a part of what it does."""
+    def gain(m: int, found: ScoredSet) -> float:
+        """Return the gain of member `m` of a set."""
+        return search.gain(_without(search, found, {m}), found)
 
-    It is FORM^2 of the other's gain, or FORM of it if a card names one as a possible confusion of the other. If the other can be predicted
-    in part only, its unpredictable share takes the place of FORM. A member is exempt if it takes more than this share from the unknown, and
-    leaves at most FORM: an error of form is not exactly another law.
-    """
-    gains = [search.gain(rest, now) for rest in rests]
-    before = [search.nats_of_unknown(rest, [k]) for k, rest in zip(now.chosen, rests, strict=True)]
-    after = [search.nats_of_unknown(now, [k]) for k in now.chosen]
-    explained = [gain + more - less for gain, more, less in zip(gains, before, after, strict=True)]
-    effects = [search.view.library.hypotheses[k].effect for k in now.chosen]
-    exactly = [less <= FORM * more and whole > bar
-               for less, more, whole, bar in zip(after, before, explained, _shares_of_form(effects, explained), strict=True)]
-    return [0.0 if exact else bar for exact, bar in zip(exactly, _shares_of_form(effects, gains), strict=True)]
-
-
-def _shares_of_form(effects: Sequence[AnyEffect], nats: Sequence[float]) -> list[float]:
-    """Return how much of each member's `nats` the form of the others could be."""
-    bars = []
-    for i, effect in enumerate(effects):
-        alike = [nats[j] for j, other in enumerate(effects) if j != i and nats[j] > nats[i] and not effect.standard
-                 and (other.id in effect.signature.mistaken_for or effect.id in other.signature.mistaken_for)]
-        missed = [max(FORM, 1 - other.predictable_share) ** 2 * nats[j] for j, other in enumerate(effects) if j != i]
-        bars.append(max(*missed, FORM**2 * nats[i], FORM * max(alike, default=0.0)))
-    return bars
+    rest = _without(search, now, {k})
+    gains = {m: gain(m, now) for m in now.chosen}
+    return {m for m in rest.chosen if gains[m] < gains[k] and gain(m, rest) > gains[m] + LEAST_GAIN}
 
 
 def gain_on_unseen(by_fold: Array) -> float:
@@ -159,7 +180,7 @@ def gain_on_unseen(by_fold: Array) -> float:
     return total - float(by_fold.max()) + FORM * total if len(by_fold) > 2 and total > 0 else total
 
 
-def _judge(search: Search, now: ScoredSet, rest: ScoredSet, k: int, by_fold: Array, shares: dict[int, float], threshold: float) -> Decision:
+def _judge(search: Search, now: ScoredSet, rest: ScoredSet, k: int, by_fold: Array, shares: Shares, threshold: float) -> Decision:
     effect, joint = search.key(k)
     gain = search.gain(rest, now)
     others = [share for other, share in shares.items() if other != k and search.view.library.hypotheses[k].activity is not None]
@@ -177,8 +198,7 @@ def _judge(search: Search, now: ScoredSet, rest: ScoredSet, k: int, by_fold: Arr
         (0.0 if values_of(search, now, k).bounded else 1.0, 0.5, "a value lies beyond its physical bound"),
         (gain, per_recording, f"mass, drag and added mass fitted to each recording alone would gain more, {per_recording:.1f} nats"),
         (on_unseen, 0.0, "the prediction of held-out recordings does not improve"),
-        (listed_probability(search, now, k), LEAST_PROBABLE, "a cause outside the catalogue is more probable: much "
-                                                             "remains, or the size differs between recordings"),
+        (listed_probability(search, now, k), LEAST_PROBABLE, IMPROBABLE),
         (1.0 if search.admits(rest, now) else 0.0, 0.5, "a smooth unknown law explains the residual as well"),
     )
     for statistic, needed, reason in tests:

@@ -11,7 +11,6 @@ from nnhydro.effects.effect import LoadEffect, Signature, Values, effect, parame
 from nnhydro.effects.quantity import Quantity
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.strips import Strips
-from nnhydro.physics.travel.term import unit_drag
 from nnhydro.physics.travel.wake_memory import lag_behind, share_missed
 
 STRIPS = 10  # a link
@@ -22,14 +21,16 @@ TINY = 1e-12  # m: water at rest has no travel
 @final
 @dataclass(frozen=True)
 class FlowMemory(LoadEffect):
-    """The drag of each strip as it was a moment or a little travel ago, less the drag itself."""
+    """The drag of each strip as it was a moment or a little travel ago, less the drag itself; or the velocity in it alone, after Wagner."""
 
     id = "flow_memory"
     family = "wake"
     name = "drag that lags"
     mechanism = "The wake takes time to follow a change of speed: the present drag belongs to the motion a moment ago."
-    equation = "f -> f + m_i (g - f_D),  (T + l D/|w|) dg/dt = f_D - g,  f_D the drag of a strip of link i for C_D = 1"
-    source = "first-order wake response: an assumption of ours; the distance travelled as its clock: McLain & Rock (1998), eq. (1)"
+    equation = ("f -> f + 0.5 m_i rho D |w|^v (g - |w|^(1-v) w),  (T + l D/|w|) dg/dt = |w|^(1-v) w - g,  w of a strip of link i;  "
+                "v = 0: the drag lags, v = 1: the velocity in it")
+    source = ("first-order wake response: an assumption of ours; the distance travelled as its clock: McLain & Rock (1998), eq. (1); "
+              "v = 1 after Wagner (1925): from general knowledge, not checked")
     signature = Signature(
         depends_on=("w", "t"), parity="odd", region="quick changes of speed; nothing in steady motion",
         excited_by="oscillations at several frequencies and the same speed",
@@ -43,26 +44,30 @@ class FlowMemory(LoadEffect):
                                  grid=(0.005, 0.03, 0.06, 0.12, 0.25, 0.5, 1.0))
     travel: Values = parameter("1", 0.0, (0.0, 50.0), "response travel l in diameters", per="arm", linear=False,
                                grid=(0.0, 0.1, 0.3, 1.0, 3.0))
+    velocity: Values = parameter("1", 0.0, (0.0, 1.0), "whether the drag lags (0) or the velocity in it (1), v", per="arm", linear=False,
+                                 grid=(0.0, 1.0), absent=True)
 
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d share, (n, joints, links)."""
         strips = Strips.of(flow, STRIPS)
-        drag, w = unit_drag(strips), strips.w.abs()
+        w, v = strips.w.abs(), sum(self.velocity)
+        lagging, scale = w ** (1 - v) * strips.w, 0.5 * flow.rho * flow.D[:, None] * w**v
         memory, carried = self.response[0] * w + self.travel[0] * flow.D[:, None], flow.motion.carried
         if carried is not None:  # stepped through time
             rate = carried.steps(3) * w / (memory + TINY)
 
             def following(old: Tensor) -> Tensor:
-                """Return drag and lag (n, links, strips, 2) after a step from `old`."""
-                lag = old[..., 1] * torch.exp(-rate) + (drag - old[..., 0]) * share_missed(rate)
-                return torch.stack([drag, lag], dim=-1)
+                """Return what lags and its lag (n, links, strips, 2) after a step from `old`."""
+                lag = old[..., 1] * torch.exp(-rate) + (lagging - old[..., 0]) * share_missed(rate)
+                return torch.stack([lagging, lag], dim=-1)
 
-            name = f"lagging drag/{self.response[0]}/{self.travel[0]}"
-            return strips.to_joints(-carried.value(name, lambda: torch.stack([drag, torch.zeros_like(drag)], dim=-1), following)[..., 1])
+            name = f"lagging drag/{self.response[0]}/{self.travel[0]}/{v}"
+            now = carried.value(name, lambda: torch.stack([lagging, torch.zeros_like(w)], dim=-1), following)
+            return strips.to_joints(-scale * now[..., 1])
         if flow.motion.steady or len(w) < 2:
-            return strips.to_joints(torch.zeros_like(drag))
+            return strips.to_joints(torch.zeros_like(w))
         steps = torch.diff(flow.motion.t, prepend=flow.motion.t[:1])[:, None, None]
-        return strips.to_joints(-lag_behind(drag, steps * w / (memory + TINY)))
+        return strips.to_joints(-scale * lag_behind(lagging, steps * w / (memory + TINY)))
 
     def quantities(self) -> dict[str, Quantity]:
         """Return the values, and by link share times response and share times travel: all that changes slower than the lag tell of it."""
@@ -75,5 +80,6 @@ class FlowMemory(LoadEffect):
         """Return the finding."""
         links = range(1, len(self.share) + 1)
         parts, late = ([text[f"{name}[{i}]"] for i in links] for name in ("share", "late"))
-        return (f"Drag lags the motion by {text['response']} and {text['travel']} diameters of travel (flow memory). "
+        what = "The velocity in the drag" if sum(self.velocity) > 0.5 else "Drag"
+        return (f"{what} lags the motion by {text['response']} and {text['travel']} diameters of travel (flow memory). "
                 f"The part of C_D that lags is {', '.join(parts)}, link by link. This part times the response is {', '.join(late)}.")

@@ -158,6 +158,7 @@ STEPPABLE = {
     "Keulegan and Carpenter": lambda a: state_loads(a, laws=("keulegan_carpenter",)),
     "a contact that bends": lambda a: planted(a).plus("rub", CoulombFriction(joint=1, level=(0.3,), bending=(0.05,))),
     "drag that lags": lambda a: planted(a).plus("lag", FlowMemory(share=(0.5,) * 2, response=(0.2,), travel=(0.3,))),
+    "a velocity that lags": lambda a: planted(a).plus("lag", FlowMemory((0.5,) * 2, response=(0.2,), travel=(0.3,), velocity=(1.0,))),
     "its own wake": lambda a: planted(a).plus("again", WakeReentry((0.3,), (0.2,), (0.4,), (5.0,), (0.4,), (0.5,))),
     "its own wake at once": lambda a: planted(a).plus("again", WakeReentry((0.3,), (0.2,), (0.4,), (5.0,), (0.0,))),
     "a wake that develops": lambda a: planted(a).plus("grows", WakeDevelopment(*(((0.3 - 0.1 * k,)) for k in range(6)), reach=(8.0,))),

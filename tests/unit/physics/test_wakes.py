@@ -26,6 +26,18 @@ def test_drag_that_lags_follows_a_step_of_the_tow_exponentially():
     assert_close(change, torch.where(tensor(t) < 0.4999, 0.0, risen * torch.exp(-since / 0.2)), rtol=1e-8, atol=1e-10)
 
 
+@pytest.mark.parametrize("v", [0.3, 1.0])
+def test_of_a_velocity_that_lags_the_drag_misses_what_the_present_speed_makes_of_the_rise(v):
+    """After a step from u to U, |w|^v (|w|^(1-v) w)' has missed U^v (U^(2-v) - u^(2-v)) where the drag itself misses U^2 - u^2."""
+    a, t = arm(1), np.linspace(0, 2, 401)
+    still = torch.zeros(401, 1, dtype=torch.float64)
+    u, U = 0.4, 0.8
+    u0 = tensor(np.where(t < 0.5, u, U))
+    flow = Flow(a, Motion(tensor(t), still, still, still, u0, torch.zeros_like(u0)))
+    drag, velocity = (made("flow_memory", a, share=(1.0,), response=(0.2,), velocity=(x,)).torque(flow)[:, 0] for x in (0.0, v))
+    assert_close(velocity, drag * (U**v * (U ** (2 - v) - u ** (2 - v)) / (U**2 - u**2)), rtol=1e-9, atol=1e-12)
+
+
 @pytest.mark.parametrize("rows", [11, 201])
 def test_drag_that_grows_evenly_lags_by_the_response_however_few_the_rows(rows):
     a, t = arm(1), np.linspace(0, 2, rows)
