@@ -22,7 +22,10 @@ PAGE = """# Which inputs of the network reduce its error
 
 `python training/ablation/run.py` ({minutes} minutes): error of the network on held-out recordings of {campaign}, {folds} folds.
 With all inputs the error is {all:.2f} %, without the law of the strips {lawless:.2f} %. With the law, but no feature except the
-constants of the arm, the error is {featureless:.2f} %. An input is useful if the error rises without it.
+constants of the arm, the error is {featureless:.2f} %. An input is useful if the error rises without it. Each error is that of one seed.
+
+The tank is synthetic, and made by this project. `interference` and `shadow` follow the geometry of the wake that it plants. What they gain
+here is no independent evidence ([record 0004](../../docs/decisions/0004-the-learned-law-of-the-strips-stands.md)).
 
 | left out | is | error without it | rises by | error with it alone, without the law |
 | --- | --- | --- | --- | --- |
