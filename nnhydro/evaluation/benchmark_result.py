@@ -164,6 +164,9 @@ class BenchmarkResult:
             return f"nnhydro diagnose {campaign} --out diagnosis   (what is missing?)"
         if best_name in BASELINES:
             return f"nnhydro identify {campaign} --model {best_name} --out my_model   (of all recordings, for nnhydro predict)"
-        if best_name in ("network", "hybrid"):
+        if best_name == "hybrid":
             return f"nnhydro train {campaign} --out my_model   (the hybrid on all recordings, for nnhydro predict)"
+        if best_name == "network":
+            return (f"echo 'model = \"network\"' > network.toml && nnhydro train {campaign} --config network.toml --out my_model"
+                    "   (the network on all recordings, for nnhydro predict)")
         return f"nnhydro diagnose {campaign} --out diagnosis   (which physics explains what {best_name} learned?)"

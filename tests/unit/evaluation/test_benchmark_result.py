@@ -1,5 +1,6 @@
 """What a benchmark says of its numbers: who won, against whom, and which command comes next."""
 
+import subprocess
 from dataclasses import replace
 
 import numpy as np
@@ -8,6 +9,7 @@ from standings import benchmark_of, misfit, standing
 
 from nnhydro.evaluation.benchmark_result import Standing
 from nnhydro.evaluation.interval_coverage import Coverage
+from nnhydro.fitting.config import read_config
 
 
 def test_a_unit_that_is_held_out_again_counts_with_its_last_fold():
@@ -41,6 +43,14 @@ def test_what_a_model_had_seen_is_named_in_the_verdict():
     ({"constant": 0.08}, 0.05, "nnhydro identify"), ({"constant": 0.11}, 0.05, "nnhydro diagnose")])
 def test_the_command_that_comes_next_asks_what_is_missing_where_much_is_left(errors, floor, command):
     assert replace(benchmark_of(**errors), noise_floor=floor).following("tank").startswith(command)
+
+
+def test_the_command_after_a_network_that_won_trains_a_network(tmp_path):
+    command = benchmark_of(network=0.04).following("tank")
+    wrote, trains = command.partition("   ")[0].split(" && ")
+    subprocess.run(wrote, shell=True, check=True, cwd=tmp_path)
+    assert read_config(tmp_path / "network.toml").model == "network"
+    assert trains == "nnhydro train tank --config network.toml --out my_model"
 
 
 def test_errors_and_widths_are_those_of_a_fold():
