@@ -59,11 +59,11 @@ class WakeDevelopment(LoadEffect):
         return torch.cat([strip_columns(strips, f, b).sum(2) for f in (unit_drag(strips), unit_inertia(strips))], dim=-1)
 
     def quantities(self) -> dict[str, Quantity]:
-        """Return C_D and C_M less the developed ones at the start and at a quarter of the reach, their change between, and the reach."""
+        """Return what C_D and C_M exceed the developed ones by at the start and a quarter of the reach, their change between, the reach."""
         quarter = self.shapes(torch.tensor([self.reach[0] / 4], dtype=torch.float64))[0]
         d, m = ((self.linear_values()[k:k + 3] * quarter).sum() for k in (0, 3))
-        return {"C_D_at_start": Quantity(self.d0[0], "1"), "C_M_at_start": Quantity(self.m0[0], "1"),
-                "C_D_early": Quantity(float(d), "1"), "C_M_early": Quantity(float(m), "1"),
+        return {"C_D_change_at_start": Quantity(self.d0[0], "1"), "C_M_change_at_start": Quantity(self.m0[0], "1"),
+                "C_D_change_early": Quantity(float(d), "1"), "C_M_change_early": Quantity(float(m), "1"),
                 "C_D_change": Quantity(float(d) - self.d0[0], "1"), "C_M_change": Quantity(float(m) - self.m0[0], "1"),
                 "reach": Quantity(self.reach[0], "1")}
 

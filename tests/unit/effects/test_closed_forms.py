@@ -311,8 +311,8 @@ def test_a_developing_wake_tells_its_change_from_the_start_to_a_quarter_of_the_r
     wake = made("wake_development", arm(1), d0=(-1.5,), d1=(0.2,), d2=(0.1,), m0=(0.7,), m1=(0.0,), m2=(0.1,), reach=(8.0,))
     told = {name: quantity.value for name, quantity in wake.quantities().items()}
     for symbol, start in (("C_D", -1.5), ("C_M", 0.7)):
-        assert told[f"{symbol}_at_start"] == start
-        assert told[f"{symbol}_change"] == pytest.approx(told[f"{symbol}_early"] - start)
+        assert told[f"{symbol}_change_at_start"] == start
+        assert told[f"{symbol}_change"] == pytest.approx(told[f"{symbol}_change_early"] - start)
     raised = replace(wake, d0=(-0.5,), d1=(1.2,), d2=(1.1,)).quantities()["C_D_change"].value
     assert raised == pytest.approx(told["C_D_change"], abs=0.3), "what is added to all of it is no change, but for the last curve"
 
