@@ -45,11 +45,11 @@ class Dependence:
 @final
 @dataclass(frozen=True)
 class Remainder:
-    """What is left beside the findings; `weight` is the posterior weight of "a cause in no card"."""
+    """What is left beside the findings."""
 
     detected: bool
     share: float  # error that remains
-    weight: float
+    weight: float  # probability of a cause in no card: a half or more where one is detected, less elsewhere
     p_value: float
     learned: tuple[Dependence, ...] = ()
     lines: tuple[Line, ...] = ()
@@ -66,8 +66,8 @@ class Remainder:
                  "why": decision.reason} for decision in self.nearest]
         common = {} if self.common is None else {"common_cause": self.common.document()}
         return {"detected": self.detected, "share": self.share, "weight": self.weight, "depends_on": sorted(on) if self.detected else [],
-                "lines": [text(line.sentence()) for line in self.lines], "predictable": [round(law.share, 4) for law in self.learned],
-                "nearest": near, "suggestions": []} | common
+                "lines": [text(line.sentence()) for line in self.lines], "share_by_joint": [round(law.share, 4) for law in self.learned],
+                "nearest": near} | common
 
 
 def _scale(design: Design) -> Array:
@@ -138,6 +138,18 @@ def _whiten(remains: Sequence[Residual], whitened: WhiteRows) -> list[Residual]:
     return made
 
 
+def unlisted_weight(unknown_nats: float, material: bool, alarms: Sequence[float]) -> float:
+    """Return the probability of a cause outside the catalogue, from the unknown where it is `material`, and from the p-values of `alarms`.
+
+        1 / (1 + exp((DETECTED - nats) / 2))        the unknown; 0 where it is too small to be reported
+        1 / (1 - e p ln p)                          an alarm: the largest weight that its p-value allows at even odds
+
+    Source: Sellke, Bayarri and Berger (2001), Am. Stat. 55.
+    """
+    of_unknown = float(1.0 / (1.0 + np.exp(np.clip((DETECTED - unknown_nats) / 2, -50, 50)))) if material else 0.0
+    return max([of_unknown, *(float(1.0 / (1.0 - np.e * p * np.log(p))) for p in np.clip(alarms, 1e-12, np.exp(-1.0)))])
+
+
 def unexplained_of(search: Search, found: ScoredSet, proof: Proof, decisions: Sequence[Decision], floor: float,
                    noise: Noise) -> Remainder:
     """Return what the claimed set `found` leaves; `floor` is the error of `noise` alone."""
@@ -147,16 +159,17 @@ def unexplained_of(search: Search, found: ScoredSet, proof: Proof, decisions: Se
     found_lines = [strongest(proof.remains, joint, design.problem.edge, flat) for joint in range(search.view.whitened.joints)]
     lines = tuple(line for line, scale in zip(found_lines, _scale(design).tolist(), strict=True)
                   if line is not None and line.material and line.amplitude >= np.sqrt(2) * MATERIAL * scale)
-    real = found.unknown_nats >= DETECTED and any(part.share >= MATERIAL for part in parts)
+    material = any(part.share >= MATERIAL for part in parts)
+    real = found.unknown_nats >= DETECTED and material
     differing = recordings_with_changed_parameters(search, found)
     recordings = differing or unlike_recordings(noise, design)
     least = min(proof.after, fitted_error(search, found, proof))
     unlike = bool(recordings) or (least > UNLIKE_NOISE * floor and least - floor > MATERIAL)
     common = common_cause(search, found)
-    ps = [p_of(search, found) if real else 1.0, P_ALARM if unlike or common else 1.0, *(TESTS * line.p_value for line in lines)]
-    p = max(min(ps), 1e-12)
-    weight = float(1.0 / (1.0 + np.exp(-np.clip((found.unknown_nats - DETECTED) / 2, -50, 50))))
+    alarms = [*([P_ALARM] if unlike or common else []), *(TESTS * line.p_value for line in lines)]
+    p = max(min([p_of(search, found) if real else 1.0, *alarms]), 1e-12)
+    weight = unlisted_weight(found.unknown_nats, material, alarms)
     near = tuple(sorted((decision for decision in decisions if not decision.claimed), key=lambda d: -d.statistic))[:SHOWN]
-    return Remainder(real or bool(lines) or unlike or common is not None, proof.after, weight, p, parts if real else (), lines,
+    return Remainder(real or bool(alarms), proof.after, weight, p, parts if real else (), lines,
                      near if real else (), recordings, bool(differing),
                      next(iter(locate(proof.remains, np.sqrt(noise.noise_variance.sum(axis=0) / design.time))), None), common)

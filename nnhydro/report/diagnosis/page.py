@@ -29,12 +29,12 @@ LEAST_WEIGHT = 0.005  # weight of a rival that is drawn; the table has all
 
 
 def _finding(f: Document, law: DrawnLaw | None) -> tuple[Document, Markup | None, Markup | None, Markup | None, Sheet]:
-    """The finding, the chart of its law, of its numbers, of its rivals, and these as a sheet."""
+    """The finding, the chart of its law, of its numbers, of its rivals and what these leave, and the rivals as a sheet."""
     numbers = [(name, p["value"], (p["ci95"][0], p["ci95"][1]), p["unit"]) for name, p in f["parameters"].items()]
     rows = [(f"{r['effect']} ({place(r.get('joint'))})", r["support"]) for r in f["rivals"] if r["support"] >= LEAST_WEIGHT]
-    weight = max(1.0 - sum(r["support"] for r in f["rivals"]), 0.0)
+    left = max(1.0 - sum(r["support"] for r in f["rivals"]), 0.0)
     chart = intervals(f"Parameters of {f['effect']} with 95 % intervals", numbers) if numbers else None
-    rivals = bars(f"Weight of {f['effect']} and of its rivals", [(f["effect"], weight), *rows]) if rows else None
+    rivals = bars(f"Weight of {f['effect']} and of its rivals", [(f"{f['effect']} or unlisted", left), *rows]) if rows else None
     title = "" if law is None else f"Torque of {f['effect']} at joint {law.joint} over {law.driver}"
     return f, None if law is None else page_figure(law_figure([("", law)], FOUND), title), chart, rivals, rivals_sheet(f)
 

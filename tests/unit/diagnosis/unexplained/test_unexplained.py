@@ -10,7 +10,15 @@ from problems import design, law, search, unknown
 from nnhydro.diagnosis.constants import DETECTED, FORM, MATERIAL, P_ALARM, UNLIKE_NOISE
 from nnhydro.diagnosis.noise.spectrum import white_noise
 from nnhydro.diagnosis.unexplained import unexplained
-from nnhydro.diagnosis.unexplained.unexplained import Dependence, Remainder, p_of, unexplained_of, unknown_parts, unlike_recordings
+from nnhydro.diagnosis.unexplained.unexplained import (
+    Dependence,
+    Remainder,
+    p_of,
+    unexplained_of,
+    unknown_parts,
+    unlike_recordings,
+    unlisted_weight,
+)
 
 LAWS = (law("a"), law("b"))
 
@@ -98,6 +106,22 @@ def test_the_unknown_is_detected_from_its_nats_on_and_weighs_half_there(nats, de
     assert rest.detected == detected
     assert bool(rest.learned) == detected
     assert rest.weight == pytest.approx(0.5, abs=0.02)
+
+
+@pytest.mark.parametrize("nats", [0.0, DETECTED - 0.1, DETECTED, 1e4])
+@pytest.mark.parametrize("size", [0.0, 0.5])
+@pytest.mark.parametrize("loud", [(), ("run3",)])
+def test_a_cause_outside_the_catalogue_is_probable_exactly_where_one_is_detected(nats, size, loud, monkeypatch):
+    rest = rest_of(with_unknown(size), 0.01, 0.01, 0.01, monkeypatch, loud=loud, nats=nats)
+    assert rest.detected == (rest.weight >= 0.5)
+    assert rest.detected == (rest.p_value < 1)
+
+
+def test_an_unknown_too_small_to_be_reported_weighs_nothing_and_an_alarm_as_much_as_its_p_value_allows():
+    assert unlisted_weight(1e4, False, []) == 0.0
+    assert unlisted_weight(1e4, True, []) == pytest.approx(1.0)
+    assert unlisted_weight(0.0, True, [0.05]) == pytest.approx(0.711, abs=1e-3), "a p-value of 0.05 is odds of 2.5 at the most"
+    assert unlisted_weight(0.0, False, [0.05, P_ALARM]) == pytest.approx(0.982, abs=1e-3)
 
 
 def loudness(shares, levels=None, towed=True):
