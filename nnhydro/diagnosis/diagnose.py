@@ -155,7 +155,7 @@ def _complete(campaign: Campaign, decided: DecidedCampaign, options: "DiagnosisO
         checks["against_stated"] += impossible_coefficients(found.design)
     return DiagnosisResult(before, corrected, base.name, 0.0, _p_value(found, decided.rest), decided.floor, proof,
                            locate(proof.residuals, noise_rms), findings, decided.rest, found.decided.decisions, checks, bands, following,
-                           base.recalibration(z_before), versions() | {"campaign_sha256": campaign.sha256()}, [], rehearsal)
+                           base.recalibration(z_before), versions() | {"campaign_sha256": campaign.sha256()}, rehearsal)
 
 
 @final

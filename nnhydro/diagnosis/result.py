@@ -44,7 +44,6 @@ class DiagnosisResult:
     following: Proposal | None
     recalibrated: dict[str, list[float]]
     versions: dict[str, str]
-    log: list[str]
     rehearsal: dict[str, Any] | None = None
 
     @property

@@ -91,11 +91,6 @@ class SensorView:
         """d tau / dt; 0 in steady rows."""
         return self.in_time(self.tau)
 
-    @cached_property
-    def curvature(self) -> Tensor:  # (n, joints) N m/s^2
-        """d2 tau / dt2; 0 in steady rows."""
-        return self.in_time(self.rate)
-
     def joint_torque(self, reading: Tensor) -> Tensor:
         """Return the torques at the joints (n, joints) N m behind a reading: before belt and gear."""
         return joint_torque(reading, self.motion.qd, self.arm)

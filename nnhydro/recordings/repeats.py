@@ -33,7 +33,6 @@ class NoiseFloor:
     std: tuple[float, ...]  # N m, of the filtered torque
     error: float  # sum |noise| / sum |tau|
     groups: tuple[tuple[str, ...], ...]  # recordings that repeat each other
-    steady_runs: int  # rows of steady tables that have repeats
 
 
 @final
@@ -172,14 +171,11 @@ def noise_floor(campaign: Campaign, how: Preparation) -> NoiseFloor | None:
     """
     groups = independent(campaign, repeated_recordings(campaign))
     spreads = [found for group in groups if (found := scatter(campaign, group, how)) is not None]
-    steady = 0
     for table in campaign.steady:
-        for rows in repeated_rows(table):
-            spreads.append(_spread(table.tau[list(rows)][:, None, :]))
-            steady += len(rows)
+        spreads += [_spread(table.tau[list(rows)][:, None, :]) for rows in repeated_rows(table)]
     total = sum(spread.torque_sum for spread in spreads)
     if not spreads or not total > 0:
         return None
     weights = np.array([spread.rows for spread in spreads], dtype=float)
     std = np.sqrt(np.average(np.array([s.std**2 for s in spreads]), axis=0, weights=weights))
-    return NoiseFloor(tuple(float(x) for x in std), sum(spread.noise_sum for spread in spreads) / total, groups, steady)
+    return NoiseFloor(tuple(float(x) for x in std), sum(spread.noise_sum for spread in spreads) / total, groups)

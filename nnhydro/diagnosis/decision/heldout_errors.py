@@ -6,7 +6,7 @@ Every fold is predicted by values fitted to the others; the choice of effects ha
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import final
 
 import numpy as np
@@ -51,7 +51,6 @@ class Proof:
     recordings: int
     scale: str = "measured torque"
     held_out: str = "recordings"  # what was held out: stretches where recordings are few, rows of steady tables
-    folds: list[tuple[float, float]] = field(default_factory=list)
     as_given: float | None = None  # error of a simulation beside which nothing is recalibrated; physics of ours has none
 
 

@@ -142,8 +142,6 @@ class Discriminator:
 
     def feasible(self, motions: Sequence[CandidateMotion], most: Array) -> list[PlannedMotion]:
         """Return those of `motions` whose torque stays within `most` (joints,) N m, with their Gram matrices."""
-        from nnhydro.physics.motion import Motion
-
         design = self.search.view.library.design
         old = design.problem
         placed = all(stretch.place is not None for stretch in old.stretches)

@@ -7,7 +7,6 @@ Columns of hypotheses are scaled so that the value 1 makes the torque's rms at t
 deviation of an effect in shares of the torque. Source: MacKay (1992), Neural Computation 4; Rasmussen & Williams (2006), section 5.4.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import final
@@ -112,11 +111,6 @@ class Columns:
         gram = np.block([[self.gram, between], [between.T, other.gram]])
         return Columns(np.concatenate([self.Xw, other.Xw], axis=2), np.concatenate([self.cross, other.cross], axis=1), gram,
                        np.concatenate([self.Xy, other.Xy]))
-
-    def take(self, at: Sequence[int]) -> "Columns":
-        """Return the columns `at`."""
-        index = np.asarray(at, dtype=int)
-        return Columns(self.Xw[..., index], self.cross[:, index], self.gram[np.ix_(index, index)], self.Xy[index])
 
 
 @final

@@ -7,7 +7,6 @@ and the better is taken. Source: MacKay (1992), Neural Computation 4, eq. 4.14.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import final
 
 import numpy as np
@@ -43,12 +42,6 @@ class Sizes:
         present = np.where(self.tau > SMALLEST_SIZE, self.tau, 0.0)
         parts = [present[j, u.group] * u.s * r[j] for j in range(whitened.joints)] if whitened.m else []
         return np.concatenate([np.ones(whitened.p), *parts])
-
-    @cached_property
-    def total(self) -> Array:
-        """Root of the sum of squares (joints,)."""
-        made: Array = np.sqrt((np.where(self.tau > SMALLEST_SIZE, self.tau, 0.0) ** 2).sum(axis=1))
-        return made
 
 
 def _update(whitened: WhiteRows, fit: Posterior, sizes: Sizes) -> Sizes:

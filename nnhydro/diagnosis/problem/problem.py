@@ -35,7 +35,6 @@ FEWEST_BLOCKS = 16  # in all: noise and held-out scores need so many independent
 FEWEST_PERIODS = 6.0  # of the band's edge in a block
 MARGIN = 0.5  # periods of the band's edge at either end of a stretch: there a spline's second derivative is known worst
 MOST_STUDIED = 60  # recordings: more hardly sharpen a name, and memory and the search's time grow with them
-PAUSE = 1.0  # s between recordings whose times of the day are not known
 
 
 @final

@@ -89,7 +89,6 @@ class SeparableFit:
     grid: tuple[Array, ...]  # values of each nu
     profile: Array  # E on the grid
     minima: tuple[tuple[float, ...], ...]  # best first; the others to a tenth of the grid
-    evaluations: int
     at_bound: bool
 
     @property
@@ -173,7 +172,7 @@ def separable(at: Reduced, grid: Sequence[Array], prior: Array | None = None, po
     best = linear(minima[0])
     edge = any(abs(x - g[0]) < 1e-3 * (g[-1] - g[0]) or abs(x - g[-1]) < 1e-3 * (g[-1] - g[0])
                for x, g in zip(minima[0], grid, strict=True))
-    return SeparableFit(minima[0], best.theta, best.energy, best.condition, tuple(grid), profile, tuple(minima), len(seen), edge)
+    return SeparableFit(minima[0], best.theta, best.energy, best.condition, tuple(grid), profile, tuple(minima), edge)
 
 
 def bootstrap(at: Reduced, grid: Array, draws: int, seed: int, prior: Array | None = None) -> tuple[Array, Array]:

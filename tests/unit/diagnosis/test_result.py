@@ -28,7 +28,7 @@ def diagnosis(p=0.001, found=(), remains=False, following=None, hums=(), floor=0
     place = Location(1, 1.0, "spread", {}, [0.0, 1.0], [])
     decisions = (Decision("backlash", 2, 3.14159, 4.6, False, "gains 3.1 nats beside the others (4.6 needed)"),)
     return DiagnosisResult(SimpleNamespace(arm=arm(1)), None, "constant", 1.23456, p, floor, proof, [place], list(found), rest, decisions,
-                           {"x": 1}, (), following, {"cd": [1.0]}, {"v": "1"}, [])
+                           {"x": 1}, (), following, {"cd": [1.0]}, {"v": "1"})
 
 
 @pytest.mark.parametrize(("p", "detected"), [(0.01, True), (0.0101, False), (0.0, True)])

@@ -80,7 +80,6 @@ def test_steady_rows_at_one_state_are_repeats():
     floor = noise_floor(Campaign.of(the_arm(), [], (table,)), PLAIN)
     assert floor is not None
     np.testing.assert_allclose(floor.std, [0.1, 0.0], atol=1e-12)
-    assert floor.steady_runs == 3
 
 
 def test_the_repeats_of_the_synthetic_tank_are_those_it_was_made_with():

@@ -79,7 +79,6 @@ def test_a_prior_is_one_for_the_baseline_and_size_times_weight_times_torque_for_
 def test_a_group_of_the_smallest_size_is_none_and_is_not_climbed_from():
     white = whitened(design(2))
     assert not none(white).vector(white)[white.p:].any()
-    assert not none(white).total.any()
     start = Sizes(np.array([[SMALLEST_SIZE, 0.3], [0.3, SMALLEST_SIZE]]))
     climbed = fit_sizes(white, None, start)[1].tau
     assert climbed[0, 0] == climbed[1, 1] == SMALLEST_SIZE
@@ -87,9 +86,8 @@ def test_a_group_of_the_smallest_size_is_none_and_is_not_climbed_from():
     assert off.log_evidence == posterior(white, None, np.r_[np.ones(white.p), np.zeros(len(white.b) - white.p)]).log_evidence
 
 
-def test_groups_add_up_by_their_squares_and_shrink_to_the_smallest():
+def test_groups_shrink_to_the_smallest():
     sizes = Sizes(np.array([[0.3, 0.4], [0.3, SMALLEST_SIZE]]))
-    np.testing.assert_allclose(sizes.total, [0.5, 0.3])
     np.testing.assert_allclose(sizes.times(0.01).tau, [[0.003, 0.004], [0.003, SMALLEST_SIZE]])
 
 

@@ -233,7 +233,7 @@ def test_coloured_noise_falls_with_frequency_and_white_noise_does_not():
 @pytest.mark.parametrize("name", ["noise ratio 3", "noise ratio 10", "noise AR 0.95"])
 def test_noise_is_not_taken_for_an_unknown_law(name):
     _, _, sizes = estimated(name)
-    assert sizes.total.max() < 0.02
+    assert sizes.tau.max() < 0.02
     assert (sizes.tau >= SMALLEST_SIZE).all()
 
 
