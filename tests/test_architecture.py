@@ -40,11 +40,13 @@ SHORT_MODULES = {
     "diagnosis/constants.py": "the table of docs/diagnosis.md is made of it",
     "diagnosis/decision/form_error.py": "is one statistic, as the other modules of the folder are",
     "diagnosis/findings/impossible_coefficients.py": "is one statistic, and no other asks for it",
+    "diagnosis/findings/impossible_coefficients.py": "is one statistic; the verdict shares its limit",
     "diagnosis/findings/sheets.py": "needs no more than diagnosis.json; findings, report, Python and commands show it",
     "effects/dry_contact.py": "three hypotheses share it, and their folder is a registry",
     "models/corrected_simulation.py": "is a kind of model, and stored as such",
     "models/learned/shrinkage.py": "training and prediction share the rule",
     "physics/threads.py": "fits, benchmarks, simulations and diagnoses share it",
+    "recordings/filtering/periodogram.py": "cut-off, band, waves and what remains share it",
     "report/widgets/render.py": "the pages of benchmarks and diagnoses share it",
     "simulation/recipe/per_joint.py": "motions, sensors, controllers and rig limits share its types"}
 MEDIAN = (100, 180)  # lines of a module outside registries: shorter ones scatter a thought, longer ones hold several

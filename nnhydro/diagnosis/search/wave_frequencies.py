@@ -11,9 +11,10 @@ from nnhydro.diagnosis.problem.design import Design
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis
 from nnhydro.diagnosis.search.best_fit import best_fit
 from nnhydro.diagnosis.search.linearisation import extend_library
-from nnhydro.diagnosis.search.scored_set import ScoredSet
+from nnhydro.diagnosis.search.scored_set import ScoredSet, without_member
 from nnhydro.diagnosis.search.stepwise import GrownSearch, Search
 from nnhydro.models.strip_theory import StripTheory
+from nnhydro.recordings.filtering.periodogram import hann_power
 
 Array = NDArray[np.float64]
 FIXED = 0.999  # length of the mean unit vector along a link whose angle scatters by less than 0.05 rad
@@ -26,10 +27,9 @@ def _periodogram(design: Design, i: int, x: Array | None = None) -> tuple[Array,
     """Return frequencies (m,) Hz and the padded periodogram (m,), mean 1, of `x` (samples, c) in block `i`: what the baseline leaves."""
     problem, block = design.problem, design.problem.blocks[i]
     x = problem.inverse(block, design.excess[problem.block_of == i]) if x is None else x
-    padded = PADDING * len(x)
-    power = (np.abs(np.fft.rfft((x - x.mean(axis=0)) * np.hanning(len(x))[:, None], padded, axis=0)) ** 2).sum(axis=1)
+    f, each = hann_power(x - x.mean(axis=0), problem.stretches[block.stretch].segment.dt, points=PADDING * len(x))
+    power = each.sum(axis=1)
     density: Array = power / max(float(power.mean()), 1e-300)
-    f: Array = np.asarray(np.fft.rfftfreq(padded, problem.stretches[block.stretch].segment.dt), dtype=np.float64)
     return f, density
 
 
@@ -167,7 +167,7 @@ def lines_at_peak(search: Search, best: ScoredSet, model: StripTheory) -> GrownS
         h = search.view.library.hypotheses[k]
         if not h.lines or h.values_by_recording:
             continue
-        others = tuple(x for x in best.chosen if x != k)
+        others = without_member(best.chosen, k)
         for number in range(ROUNDS):
             tried = [replace(h, lines={g: max(f + way / (duration[g] * 2**number), LOWEST) for g, f in h.lines.items()}) for way in STEPS]
             energy = explained_energy(search, search.score(others), tried, model)

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.decision.heldout_errors import Residual
+from nnhydro.recordings.filtering.periodogram import hann_power
 
 Array = NDArray[np.float64]
 BINS = 10
@@ -82,8 +83,7 @@ def _band(parts: Sequence[Residual], joint: int) -> list[float]:
     spectra = []
     for part in parts:
         if part.dt > 0 and len(part.r) >= 32:
-            x = part.r[:, joint] - part.r[:, joint].mean()
-            spectra.append((np.fft.rfftfreq(len(x), part.dt), np.abs(np.fft.rfft(x * np.hanning(len(x)))) ** 2))
+            spectra.append(hann_power(part.r[:, joint] - part.r[:, joint].mean(), part.dt))
     if not spectra:
         return [0.0, 0.0]
     grid = np.linspace(0, min(float(f[-1]) for f, _ in spectra), 200)
@@ -94,7 +94,7 @@ def _band(parts: Sequence[Residual], joint: int) -> list[float]:
 
 
 def _sentence(name: str, grows: bool, region: list[float], recordings: list[str]) -> str:
-    where = f"{'depends on' if grows else 'varies in size with'} {name}, largest from {region[0]:.3g} to {region[1]:.3g}"
+    where = f"{'depends' if grows else 'size depends'} on {name}, largest from {region[0]:.3g} to {region[1]:.3g}"
     return where + (f", in {', '.join(recordings[:SHOWN])}" if recordings else ", in every recording")
 
 
@@ -108,12 +108,12 @@ def _of_joint(parts: Sequence[Residual], joint: int, share: float) -> Location:
             explained, edges, mean = _explained_share(x, y)
             if len(mean) >= 2:
                 candidates.append((explained, name, signed, edges, np.abs(mean)))
-    per_row = {part.recording: 0.0 for part in parts}
-    rows = dict.fromkeys(per_row, 0)
+    energy = {part.recording: 0.0 for part in parts}
+    rows = dict.fromkeys(energy, 0)
     for part in parts:
-        per_row[part.recording] += float((part.r[:, joint] ** 2).sum())
+        energy[part.recording] += float((part.r[:, joint] ** 2).sum())
         rows[part.recording] += len(part.r)
-    mean_square = {name: per_row[name] / max(rows[name], 1) for name in per_row}
+    mean_square = {name: energy[name] / max(rows[name], 1) for name in energy}
     typical = float(np.median(list(mean_square.values())))
     loud = [name for name, value in mean_square.items() if value > 4 * typical] if len(mean_square) > 3 else []
     best = max(candidates, key=lambda c: c[0]) if candidates else None

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import FORM, P_ALARM
 from nnhydro.diagnosis.decision.heldout_errors import Residual
+from nnhydro.recordings.filtering.periodogram import hann, hann_power
 
 Array = NDArray[np.float64]
 LOWEST = 1.0  # Hz: below it lie the motions and what slowly drifts
@@ -61,9 +62,7 @@ def _trend(records: Sequence[tuple[Array, float]], highest: float) -> Callable[[
 
     found = []
     for x, dt in records:
-        window = np.hanning(len(x) + 2)[1:-1]
-        f = np.fft.rfftfreq(len(x), dt)
-        power = np.abs(np.fft.rfft((x - x.mean()) * window)) ** 2
+        f, power = hann_power(x - x.mean(), dt, zero_ends=False)
         inside = (f > 0) & (f <= highest) & (power > 0)
         if inside.sum() > AROUND:
             found.append((np.log(f[inside]), np.log(power[inside]) - np.log(power[inside]).mean()))
@@ -84,9 +83,7 @@ def _trend(records: Sequence[tuple[Array, float]], highest: float) -> Callable[[
 
 def _ratios(x: Array, dt: float, highest: float, trend: Callable[[Array], Array] = np.ones_like) -> tuple[Array, Array, Array]:
     """Frequencies (k,) Hz up to `highest`, ordinates over their background, and amplitudes N m of lines that would make them."""
-    window = np.hanning(len(x) + 2)[1:-1]
-    power = np.abs(np.fft.rfft((x - x.mean()) * window)) ** 2
-    f: Array = np.asarray(np.fft.rfftfreq(len(x), dt), np.float64)
+    f, power = hann_power(x - x.mean(), dt, zero_ends=False)
     inside = max(int(np.searchsorted(f, highest, side="right")), AROUND + 1)
     f, power = f[:inside], power[:inside]
     smooth = trend(f)
@@ -94,7 +91,7 @@ def _ratios(x: Array, dt: float, highest: float, trend: Callable[[Array], Array]
     around = np.stack([padded[AROUND + k:AROUND + k + len(power)] for k in range(-AROUND, AROUND + 1) if abs(k) > WIDTH])
     background = np.median(around, axis=0) / np.log(2)
     ratios: Array = power / smooth / np.maximum(background, 1e-300)
-    return np.asarray(f, np.float64), ratios, np.asarray(2 * np.sqrt(power) / window.sum(), np.float64)
+    return f, ratios, np.asarray(2 * np.sqrt(power) / hann(len(x), zero_ends=False).sum(), np.float64)
 
 
 def _moves(parts: Sequence[Residual], grid: Array, highest: float) -> NDArray[np.bool_]:

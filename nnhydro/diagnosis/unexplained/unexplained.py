@@ -23,7 +23,7 @@ from nnhydro.recordings.filtering.trajectory import step_level, white_level
 
 Array = NDArray[np.float64]
 LEAST_SHARE = 0.25  # of the unknown's energy at a joint: what a variable must hold to be told
-SHOWN = 4  # near misses
+NEAREST = 4  # candidates that are told
 QUIET, FEWEST_ALIKE = 20, 4  # percentile of what remains in all recordings, beside which one is loud, and how many these are
 
 
@@ -169,7 +169,7 @@ def unexplained_of(search: Search, found: ScoredSet, proof: Proof, decisions: Se
     alarms = [*([P_ALARM] if unlike or common else []), *(TESTS * line.p_value for line in lines)]
     p = max(min([p_of(search, found) if real else 1.0, *alarms]), 1e-12)
     weight = unlisted_weight(found.unknown_nats, material, alarms)
-    near = tuple(sorted((decision for decision in decisions if not decision.claimed), key=lambda d: -d.statistic))[:SHOWN]
+    near = tuple(sorted((decision for decision in decisions if not decision.claimed), key=lambda d: -d.statistic))[:NEAREST]
     return Remainder(real or bool(alarms), proof.after, weight, p, parts if real else (), lines,
                      near if real else (), recordings, bool(differing),
                      next(iter(locate(proof.remains, np.sqrt(noise.noise_variance.sum(axis=0) / design.time))), None), common)

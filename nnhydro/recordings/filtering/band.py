@@ -16,6 +16,7 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
+from nnhydro.recordings.filtering.periodogram import hann_power
 from nnhydro.recordings.filtering.preprocessing import resample, stretches
 from nnhydro.recordings.filtering.trajectory import HIGHEST_EDGE, LOWEST_EDGE, known_edge
 from nnhydro.recordings.recording import Recording
@@ -44,9 +45,7 @@ class Band:
 
 def _has_line(x: Array, dt: float, edges: Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Which bands between `edges` hold a line of the record x (n,), and which of these a large one."""
-    window = np.hanning(len(x))
-    power = np.abs(np.fft.rfft((x - x.mean()) * window)) ** 2
-    f = np.fft.rfftfreq(len(x), dt)
+    f, power = hann_power(x - x.mean(), dt)
     at = np.digitize(f, edges) - 1
     largest = np.array([power[at == k].max(initial=0.0) for k in range(len(edges) - 1)])
     padded = np.pad(largest, AROUND, mode="reflect")

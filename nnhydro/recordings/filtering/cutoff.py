@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from nnhydro.errors import ConfigError, require
 from nnhydro.recordings.filtering.low_pass import LowPass
+from nnhydro.recordings.filtering.periodogram import hann, hann_power
 
 Array = NDArray[np.float64]
 HIGHEST = 25.0  # Hz, McLain & Rock's cut-off: arms driven by motors hold little above it
@@ -60,12 +61,10 @@ def acceleration_density(x: Array, dt: float, power: int) -> tuple[Array, Array]
     `power` of w: 4 for an angle, 2 for a rate, 0 for an acceleration.
     """
     n = len(x)
-    window = np.hanning(n)
-    straight = x - np.linspace(x[0], x[-1], n)
-    density = 2.0 * dt * np.abs(np.fft.rfft(straight * window)) ** 2 / (window**2).sum()
-    f = np.fft.rfftfreq(n, dt)
+    f, ordinates = hann_power(x - np.linspace(x[0], x[-1], n), dt)
+    density = 2.0 * dt * ordinates / (hann(n) ** 2).sum()
     spectrum: Array = density * (2 * np.pi * f) ** power
-    return np.asarray(f[1:], np.float64), spectrum[1:]
+    return f[1:], spectrum[1:]
 
 
 def _bands(f: Array, spectrum: Array) -> tuple[Array, Array, Array]:

@@ -69,7 +69,7 @@ def test_a_residual_whose_size_alone_depends_on_a_state_is_largest_there():
     (place,) = locate(residuals(lambda k, s: np.where(np.abs(s["dq1_rad_s"]) < 0.4, rng.choice([-1.0, 1.0], 400), 0.0)), np.array([0.1]))
     ((name, (low, high)),) = place.conditions.items()
     assert name == "dq1_rad_s"
-    assert "varies in size with dq1_rad_s" in place.where
+    assert "size depends on dq1_rad_s, largest" in place.where
     assert (low, high) == pytest.approx((-0.4, 0.4), abs=0.1)
     assert not place.sentence, "its size alone says nothing of a law"
 
