@@ -9,31 +9,15 @@ their coefficients in units of one standard deviation. All columns change sign w
 Source: physics/loads (Rivera 1995, chapter 3); calibrating physics and residual together: arXiv 2606.19711.
 """
 
-import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor
 
 from nnhydro.features.scaling import gear_ratios
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.loads.axial_added_mass import AxialAddedMass
 from nnhydro.physics.loads.axial_drag import AxialDrag
-from nnhydro.physics.loads.rigid_body import RigidBody
+from nnhydro.physics.loads.rigid_body import RigidBody, inertial_directions
 from nnhydro.physics.transmission import to_drives
-from nnhydro.recordings.arm import Arm
-
-
-def inertial_directions(arm: Arm) -> NDArray[np.float64]:
-    """Return F (3 links, r) of (m, h, J), ordered as `RigidBody`'s columns; a column for each of m, c, I that is not exactly known."""
-    links, columns = arm.n_links, []
-    for i, link in enumerate(arm.links):
-        m, c, inertia, k = link.mass_kg, link.com_m, link.inertia_kg_m2, link.known_to
-        for deviation, gradient in ((k * m, (1.0, c, c**2)), (k * abs(c), (0.0, m, 2 * m * c)), (k * inertia, (0.0, 0.0, 1.0))):
-            column = np.zeros(3 * links)
-            column[[i, links + i, 2 * links + i]] = deviation * np.array(gradient)
-            if column.any():
-                columns.append(column)
-    return np.array(columns).T.reshape(3 * links, len(columns))
 
 
 def body_columns(flow: Flow) -> Tensor:

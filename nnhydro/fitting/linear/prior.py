@@ -1,6 +1,6 @@
 """What is known before the recordings: Gaussian priors on the linear parameters.
 
-Inertial parameters deviate from arm.yaml along the directions of features/body_columns.py, one standard deviation each.
+Inertial parameters deviate from arm.yaml along the directions of physics/loads/rigid_body.py, one standard deviation each.
 Friction and rotor inertia that arm.yaml states deviate by what it says they are known to (models/stated_terms.py).
 Coefficients of the water keep a wide prior (standard deviation 1), which only speaks where the motions do not excite them.
 Fits work on theta = mean + F z with z ~ N(0, 1): what is exactly known has no direction in F.
@@ -12,11 +12,10 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.features.body_columns import inertial_directions
 from nnhydro.models.stated_terms import stated_values
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.load_term import LinearTerm
-from nnhydro.physics.loads.rigid_body import RigidBody
+from nnhydro.physics.loads.rigid_body import RigidBody, inertial_directions
 from nnhydro.recordings.arm import Arm
 
 Array = NDArray[np.float64]

@@ -112,6 +112,12 @@ def _local_minima(profile: Array) -> list[tuple[int, ...]]:
     return sorted(found, key=lambda index: float(profile[index]))
 
 
+def parabola_vertex(x: Array, y: Array) -> tuple[float, float]:
+    """Return where the parabola through the points (x, y), the middle one (0, 0), is lowest, and how far below 0; 0, 0 without one."""
+    a, b, _ = np.polyfit(x, y, 2)
+    return (float(-b / (2 * a)), float(b**2 / (4 * a))) if a > 0 else (0.0, 0.0)
+
+
 def _vertex(profile: Array, grid: Sequence[Array], index: tuple[int, ...]) -> tuple[tuple[float, ...], float]:
     """The lowest point of the parabolas through a grid point and its neighbours along each axis: an estimate of nu and E there."""
     nu, lowest = [float(g[i]) for g, i in zip(grid, index, strict=True)], float(profile[index])
@@ -119,10 +125,9 @@ def _vertex(profile: Array, grid: Sequence[Array], index: tuple[int, ...]) -> tu
         if 0 < i < len(g) - 1:
             x = np.asarray(g[i - 1:i + 2] - g[i])
             y = np.take(profile, [i - 1, i, i + 1], axis)[tuple(slice(None) if k == axis else j for k, j in enumerate(index))]
-            a, b, _ = np.polyfit(x, y - y[1], 2)
-            if a > 0:
-                nu[axis] -= float(b / (2 * a))
-                lowest -= float(b**2 / (4 * a))
+            step, drop = parabola_vertex(x, y - y[1])
+            nu[axis] += step
+            lowest -= drop
     return tuple(nu), lowest
 
 

@@ -8,7 +8,6 @@ from typing import Any
 import torch
 from torch import Tensor
 
-from nnhydro.features.body_columns import inertial_directions
 from nnhydro.features.strip_law.neurons import directions
 from nnhydro.fitting.config import TrainingConfig
 from nnhydro.fitting.identify import versions
@@ -31,6 +30,7 @@ from nnhydro.models.learned.network import Ensemble
 from nnhydro.models.seen import SEEN, seen_record
 from nnhydro.models.storage import load_model
 from nnhydro.models.torque_model import TorqueModel
+from nnhydro.physics.loads.rigid_body import inertial_directions
 from nnhydro.physics.threads import one_thread
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign

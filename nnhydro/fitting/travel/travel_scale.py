@@ -19,6 +19,7 @@ from nnhydro.errors import CampaignError
 from nnhydro.fitting.linear.least_squares import fit, joint_weights, solve
 from nnhydro.fitting.linear.prior import Prior, prior
 from nnhydro.fitting.linear.statistics import Statistics, block, residual_energy, total
+from nnhydro.fitting.linear.variable_projection import parabola_vertex
 from nnhydro.fitting.travel.state_rows import rows_of
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_sum import Loads
@@ -107,5 +108,4 @@ def _vertex(x: Array, y: Array) -> float:
     k = int(np.argmin(y))
     if k in (0, len(x) - 1):
         return float(x[k])
-    a, b, _ = np.polyfit(x[k - 1:k + 2] - x[k], y[k - 1:k + 2] - y[k], 2)
-    return float(x[k] - b / (2 * a)) if a > 0 else float(x[k])
+    return float(x[k]) + parabola_vertex(x[k - 1:k + 2] - x[k], y[k - 1:k + 2] - y[k])[0]

@@ -13,7 +13,9 @@ Source: Rivera (1995), eqs. 3-3-1 to 3-3-15 (two links); n links by Newton and E
 from dataclasses import dataclass
 from typing import ClassVar, final
 
+import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 
 from nnhydro.physics.flow import Flow
@@ -76,3 +78,19 @@ class RigidBody(LinearTerm):
             force = torch.stack([torch.cat([a, b, torch.zeros_like(b)], dim=1) for a, b in zip(joint_acc, swing, strict=True)], dim=1)
             columns = torch.cat([columns, force], dim=1)
         return columns
+
+
+def inertial_directions(arm: Arm) -> NDArray[np.float64]:
+    """Return F (3 links, r) of (m, h, J), ordered as `RigidBody`'s columns; a column for each of m, c, I that is not exactly known.
+
+    A column is what a deviation by `known_to` adds: d(m, h, J) = G d(m, c, I), so that F F' = k^2 G diag(m^2, c^2, I^2) G'.
+    """
+    links, columns = arm.n_links, []
+    for i, link in enumerate(arm.links):
+        m, c, inertia, k = link.mass_kg, link.com_m, link.inertia_kg_m2, link.known_to
+        for deviation, gradient in ((k * m, (1.0, c, c**2)), (k * abs(c), (0.0, m, 2 * m * c)), (k * inertia, (0.0, 0.0, 1.0))):
+            column = np.zeros(3 * links)
+            column[[i, links + i, 2 * links + i]] = deviation * np.array(gradient)
+            if column.any():
+                columns.append(column)
+    return np.array(columns).T.reshape(3 * links, len(columns))

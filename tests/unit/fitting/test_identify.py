@@ -10,11 +10,12 @@ from rigs import arm
 from nnhydro.errors import CampaignError, ConfigError
 from nnhydro.fitting.identify import _notes, estimates, identify
 from nnhydro.fitting.linear.least_squares import Solution, bootstrap, fit, solve
-from nnhydro.fitting.linear.prior import Prior, inertial_directions, prior
+from nnhydro.fitting.linear.prior import Prior, prior
 from nnhydro.fitting.linear.statistics import block, of_segment, total
 from nnhydro.models.baselines import BASELINES
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.loads.normal_drag import NormalDrag
+from nnhydro.physics.loads.rigid_body import inertial_directions
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.campaign import Campaign
 
