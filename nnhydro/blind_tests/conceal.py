@@ -51,19 +51,20 @@ def known_names() -> tuple[str, ...]:
 
 def check_request(wish: Wish, count: int, seed: int, option: str = "--") -> None:
     """Raise ConfigError where something is asked for that cannot be made; messages put `option` before the names of what was asked."""
+    several = f"{option}count-effects" if option == "--" else f"{option}effects"
     require(wish.effect in known_names(), f"{option}effect {wish.effect}: not known: {choices(wish.effect, known_names())}")
     require(wish.strength in FACTORS, f"{option}strength {wish.strength}: not known: {choices(wish.strength, FACTORS)}")
     require(wish.size in SIZES, f"{option}size {wish.size}: not known: {choices(wish.size, SIZES)}")
     require(wish.links in (None, 1, 2), f"{option}links {wish.links}: choose 1 or 2")
     require(1 <= count <= 999, f"{option}count {count}: choose 1 to 999")
-    require(1 <= wish.effects <= 3, f"{option}effects {wish.effects}: choose 1 to 3")
+    require(1 <= wish.effects <= 3, f"{several} {wish.effects}: choose 1 to 3")
     require(wish.acts in KINDS, f"{option}acts {wish.acts}: not known: {choices(wish.acts, KINDS)}")
     local = wish.effects == 1 and wish.effect in {"random", *names()} - {"added_mass", "torque_drift"}
     require(wish.acts == "always" or local, f"{option}acts {wish.acts}: needs one effect of the catalogue (or random) that is not "
-            f"added_mass or torque_drift: leave {option}effects out")
+            f"added_mass or torque_drift: leave {several} out")
     require(seed >= 0, f"{option}seed {seed}: give a whole number from 0 on")
     require(wish.effects == 1 or wish.effect in {"random", *names()} - {"added_mass"},
-            f"{option}effects {wish.effects}: several at once need {option}effect random or an effect of the catalogue other than "
+            f"{several} {wish.effects}: several at once need {option}effect random or an effect of the catalogue other than "
             "added_mass")
     need = [n for n in known_names() if n not in SPECIAL and n not in {*names("", 1), *names("base_form", 1), *names("unlisted", 1)}]
     require(wish.links != 1 or wish.effect not in need, f"{option}effect {wish.effect}: needs two links: leave {option}links out or give 2")

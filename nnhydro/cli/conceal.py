@@ -15,12 +15,13 @@ Strength = Annotated[str, typer.Option("--strength", help="strong: several times
                                        "weak: just above it.")]
 Links = Annotated[int | None, typer.Option("--links", help="1 or 2; drawn where not given.")]
 Count = Annotated[int, typer.Option("--count", help="Number of campaigns, for each effect where --effect is a list.")]
-Effects = Annotated[int, typer.Option("--effects", help="Effects at once in a campaign, 1 to 3.")]
+Effects = Annotated[int, typer.Option("--count-effects", help="Effects at once in a campaign, 1 to 3.")]
 Seed = Annotated[int | None, typer.Option("--seed", help="The same seed gives the same campaigns; drawn where not given.")]
 Key = Annotated[Path | None, typer.Option("--key", help="File with the key; written where it does not exist. Default: key.txt in --out.")]
 Size = Annotated[str, typer.Option("--size", help="normal: 8 to 20 recordings of 6 to 12 s; small: 8 of 6 s at 50 Hz.")]
-Acts = Annotated[str, typer.Option("--acts", help="always; since, until: from one recording on, or up to one; some: in some recordings; "
-                                   "onset: from a moment within a recording on; region: in a sector of a joint's angles.")]
+Acts = Annotated[str, typer.Option("--acts", help="When the effect acts. always; since: from one recording on; until: up to one recording; "
+                                   "some: in some recordings; onset: from a time within one recording on; region: in a range of a joint's "
+                                   "angle.")]
 
 
 def conceal(out: Out, effect: Effect = "random", strength: Strength = "strong", links: Links = None, count: Count = 1, effects: Effects = 1,
@@ -28,7 +29,7 @@ def conceal(out: Out, effect: Effect = "random", strength: Strength = "strong", 
             quiet: bool = QUIET, json: bool = JSON) -> None:
     """Make campaigns with a hidden effect and a sealed answer.
 
-    Each tow-tank campaign hides one effect, several (--effects) or none; `nnhydro reveal` scores a diagnosis against the answer.
+    Each tow-tank campaign hides one effect, several (--count-effects) or none; `nnhydro reveal` scores a diagnosis against the answer.
     The truth is computed by code that shares nothing with the models and the catalogue.
     """
     import secrets

@@ -16,6 +16,7 @@ from nnhydro.cli.terminal.output import (
     conclude,
     emit,
     note,
+    say,
     shell_words,
     show,
     table,
@@ -84,13 +85,14 @@ def warn_of_seen(baseline: str, campaign: "Campaign") -> None:
 def next_steps(result: "DiagnosisResult", out: Path, campaign: Path, column_map: Path | None) -> str:
     """What comes next: the motion that would settle the matter, what these motions can reveal, a hybrid for what has no name, else use."""
     from nnhydro.diagnosis.experiment.proposal import POOR_CHANCE
-    from nnhydro.diagnosis.result import NEXT, TOO_NOISY
+    from nnhydro.diagnosis.findings.impossible_coefficients import MOST_LEFT
+    from nnhydro.diagnosis.result import NEXT
 
     folder = shell_words(campaign, column_map)
     if result.following is not None and result.following.chance >= POOR_CHANCE:
         return (f"record the motion in {out / NEXT}, put it into {campaign / 'recordings'}, then nnhydro diagnose {folder} "
                 f"--out {shell_words(out)}")
-    if not result.detected and not result.findings and result.noise_floor > TOO_NOISY:
+    if not result.detected and not result.findings and result.noise_floor > MOST_LEFT:
         return f"nnhydro power {folder}   (what these motions could reveal)"
     if result.detected and (result.remainder.detected or not result.findings):
         return (f"nnhydro train {folder} --out my_model   (a hybrid learns what has no name; {out / 'report.html'} shows where it lies; "
@@ -108,6 +110,8 @@ def _print(result: "DiagnosisResult", paths: list[Path], then: str) -> None:
     for sheet in (findings_sheet(document), parameters_sheet(document["findings"]), location_sheet(document)):
         if len(sheet):
             show(sheet)
+    if "+-" in result.verdict():
+        say("+- is half of the 95 % interval.")
     conclude(result.verdict(), [path for path in paths if path.suffix in SHOWN], then)
 
 

@@ -32,9 +32,9 @@ def identify(
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
-    """Fit C_D and C_M of each link to a campaign.
+    """Fit the parameters of a physics model to a campaign: masses, friction and, in water, drag and added mass.
 
-    Masses are fitted within their stated uncertainty. The 95 % intervals come from a bootstrap over recordings.
+    What arm.yaml states is fitted within its stated uncertainty. The 95 % intervals come from a bootstrap over recordings.
     """
     from nnhydro.fitting.dry_model import dry_model
     from nnhydro.fitting.dry_model import identify_in_water as fit_in_water

@@ -76,8 +76,8 @@ def test_the_key_can_lie_elsewhere(tmp_path: Path, capsys: pytest.CaptureFixture
     (["--links", "3"], "--links 3: choose 1 or 2"),
     (["--effect", "torque_crosstalk", "--links", "1"], "needs two links"),
     (["--count", "0"], "--count 0"),
-    (["--effects", "4"], "--effects 4: choose 1 to 3"),
-    (["--effect", "none", "--effects", "2"], "several at once need"),
+    (["--count-effects", "4"], "--count-effects 4: choose 1 to 3"),
+    (["--effect", "none", "--count-effects", "2"], "several at once need"),
     (["--seed", "-1"], "--seed -1"),
     (["--size", "huge"], "--size huge"),
 ])
