@@ -1,4 +1,7 @@
-"""Every constant of the decision, once: value, meaning, reason."""
+"""The constants of the model and of its decision that several modules or the manual name: value, meaning, reason.
+
+A constant that one module alone uses stands there, with its reason.
+"""
 
 RHO = 0.3  # prior standard deviation of an effect in shares of the torque: wide, so that an effect of half the torque is not penalised
 FORM = 0.1  # relative model error of any effect: published laws of one effect differ by a tenth in form

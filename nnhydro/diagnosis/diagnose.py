@@ -67,13 +67,13 @@ def _explore(design: Design, without: Sequence[str],
              progress: Callable[[str], None] = lambda line: None) -> tuple[Noise, Search, ScoredSet, StripTheory]:
     """Return noise, search, its best set and the calibrated baseline on the rows of `design`; nothing is decided yet."""
     unknown = unknown_of(design, design.baseline.at(np.zeros(design.Y.shape[2])))
-    progress("noise and baseline")
+    progress("estimating noise")
     noise, whitened, sizes, model = calibrated_noise(design, unknown)
     hypotheses = hypotheses_for(design, without)
     across = across_fixed_links(design)
     lines = at_lines(hypotheses, line_frequencies(design), across) + at_lines_per_recording(hypotheses, design, across)
     hypotheses += extra_starts(hypotheses, design.problem, model) + lines
-    progress(f"columns of {len(hypotheses)} hypotheses")
+    progress(f"computing {len(hypotheses)} hypotheses")
     library = Library.of(design, hypotheses, model)
     search = with_finer_singles(Search(WeightedLibrary(whitened, library), sizes, progress), model)
     parts = in_parts(search, search.run(), model)
@@ -87,7 +87,7 @@ def _explore(design: Design, without: Sequence[str],
         search = Search(WeightedLibrary(whitened, library), sizes, progress)
         best = search.score(best.chosen)
     best = search.climb(best)
-    progress("refined nonlinear parameters")
+    progress("refining nonlinear parameters")
     finer = refine(search, best, model)
     search = finer.search
     parts = in_parts(search, search.climb(finer.best), model)

@@ -11,6 +11,7 @@ from nnhydro.diagnosis.decision.heldout_errors import Proof
 from nnhydro.diagnosis.decision.other_bands import OtherBand
 from nnhydro.diagnosis.experiment.proposal import Proposal
 from nnhydro.diagnosis.findings.finding import Finding
+from nnhydro.diagnosis.findings.impossible_coefficients import MOST_LEFT
 from nnhydro.diagnosis.unexplained.residual_location import SHOWN, Location, few_names
 from nnhydro.diagnosis.unexplained.unexplained import Remainder
 from nnhydro.models.stated_terms import STATED_COULOMB, stated_values
@@ -20,7 +21,6 @@ from nnhydro.sheet import percent
 SCHEMA = "nnhydro/diagnosis/1"
 NEXT = "next_experiment.csv"
 RECALIBRATED = 1.1  # times the error with masses and coefficients fitted: from there on the verdict tells what their fit changes
-TOO_NOISY = 1 / 3  # of the torque: above such a noise floor nothing is said to be complete
 
 
 @final
@@ -112,7 +112,7 @@ class DiagnosisResult:
         bands = "".join(f" {band.sentence()}" for band in self.other_bands if band.lost)
         with_them = "With this effect in the model" if len(self.findings) == 1 else "With these effects in the model"
         noisy = (f" Noise alone is {100 * self.noise_floor:.0f} % of the torque: these recordings cannot show what else is missing."
-                 if self.noise_floor > TOO_NOISY and not self.remainder.detected else "")
+                 if self.noise_floor > MOST_LEFT and not self.remainder.detected else "")
         gained = f"{self._error_text(with_them)}{bands}{self._remains()}{noisy}{following}"
         statements = [f"{finding.statement}{finding.equivalents()}{self._stated_friction(finding)}" for finding in self.findings]
         return " ".join([*statements, gained])
@@ -145,7 +145,7 @@ class DiagnosisResult:
             return ("Recordings and model differ beyond noise and recalibration, but no known effect explains the difference well enough "
                     "to be named."
                     f"{hum}{self._depends('The difference')}")
-        if self.noise_floor > TOO_NOISY:
+        if self.noise_floor > MOST_LEFT:
             return (f"These recordings are too noisy for a diagnosis: noise alone is {100 * self.noise_floor:.0f} % of the torque, and no "
                     "effect exceeds it. Record longer or stronger motions, or repeat these. If the motion has frequencies above the "
                     "cut-off that `nnhydro check` prints, state a higher one (`--cutoff`).")

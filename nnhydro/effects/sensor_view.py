@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
+from math import cos, sin
 from typing import final
 
 import numpy as np
@@ -44,6 +45,11 @@ def _spline_diagonals(n: int) -> tuple[NDArray[np.float64], ...]:
     main[[0, -1]] = 1.0
     upper[0] = lower[-1] = 2.0
     return lower, main, upper
+
+
+def unit_vector(angle: float) -> Tensor:
+    """Return the unit vector (2,) at `angle` rad from +X."""
+    return torch.tensor([cos(angle), sin(angle)], dtype=torch.float64)
 
 
 @final

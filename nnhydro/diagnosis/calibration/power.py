@@ -238,10 +238,10 @@ def power(campaign: Campaign, baseline: str | None = None, seed: int = 0, cutoff
     Raises ConfigError for an unknown baseline, CampaignError or RecordingError where the data cannot be used.
     """
     design = design_on(problem_of(campaign, draw_names(campaign.names, MOST_STUDIED, seed), cutoff_hz), baseline)
-    progress("noise and baseline")
+    progress("estimating noise")
     noise, whitened, sizes, model = calibrated_noise(design, unknown_of(design, design.baseline.at(np.zeros(design.Y.shape[2]))))
     hypotheses = hypotheses_for(design, without)
-    progress(f"columns of {len(hypotheses)} hypotheses")
+    progress(f"computing {len(hypotheses)} hypotheses")
     search = Search(WeightedLibrary(whitened, Library.of(design, hypotheses, model)), sizes)
     null = search.score(())
     sizing = Sizing(search.view, null, max(LEAST_GAIN, null_threshold(search, null, seed)))

@@ -18,7 +18,7 @@ from nnhydro.diagnosis.model.sizes import none
 from nnhydro.diagnosis.problem.design import Design
 from nnhydro.diagnosis.problem.hypothesis import Key
 from nnhydro.diagnosis.search.best_fit import best_fit
-from nnhydro.diagnosis.search.scored_set import ScoredSet
+from nnhydro.diagnosis.search.scored_set import ScoredSet, without_member
 from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.recordings.segment import Segment
@@ -123,7 +123,7 @@ def prove(search: Search, found: ScoredSet, model: StripTheory, seed: int) -> Pr
              for name, part in (("before", before), ("after", after))}
     without = {}
     for k in found.chosen:
-        rest = search.score(tuple(x for x in found.chosen if x != k))
+        rest = search.score(without_member(found.chosen, k))
         part = before if not rest.chosen else _in_time(
             design, design.y - _predict(search, rest, _predictable_columns(search, rest, model), fold))
         without[search.key(k)] = float(sum(np.abs(x).sum() for x in part)) / max(divisor, 1e-300)

@@ -168,7 +168,7 @@ class Design:
         return self.rows(on)
 
     @cached_property
-    def parts(self) -> Array:
+    def part_rms(self) -> Array:
         """The rms of the model's weight and of its inertia's torque, (joints, 2)."""
         made: Array = np.sqrt((self._weight_and_inertia**2).sum(axis=0) / self.time)
         return made
@@ -212,12 +212,12 @@ class Design:
     @property
     def heavy(self) -> bool:
         """Whether weight is the model's largest part."""
-        return bool(self.parts[:, 0].max() >= 0.5 * self.parts[:, 1].max())
+        return bool(self.part_rms[:, 0].max() >= 0.5 * self.part_rms[:, 1].max())
 
     @property
     def part_scale(self) -> Array:
         """The rms (joints,) of the largest part of the model."""
-        made: Array = self.parts.max(axis=1)
+        made: Array = self.part_rms.max(axis=1)
         return made
 
     @cached_property

@@ -98,8 +98,7 @@ def best_fit(search: Search, found: ScoredSet) -> BestFit:
             fit = fit_at(search, found, noise.v)
             noise = reestimate(design, noise, fit.whitened, fit.columns, none(fit.whitened).vector(fit.whitened))
         search.best_fits[found.chosen] = fit_at(search, found, noise.v)
-    made: BestFit = search.best_fits[found.chosen]
-    return made
+    return search.best_fits[found.chosen]
 
 
 def remainder_without_unknown(search: Search, found: ScoredSet) -> Array:

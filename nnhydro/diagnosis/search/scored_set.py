@@ -45,6 +45,11 @@ class ScoredSet:
         return found
 
 
+def without_member(chosen: tuple[int, ...], k: int) -> tuple[int, ...]:
+    """Return the set `chosen` less its member `k`."""
+    return tuple(x for x in chosen if x != k)
+
+
 def score_set(view: WeightedLibrary, start: Sizes, chosen: tuple[int, ...]) -> ScoredSet:
     """Return the set `chosen`, fitted with the unknown's best sizes, climbed from `start` and from a large and a small unknown."""
     whitened, columns = view.whitened, view.join(chosen)

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import combinations
-from typing import Any, final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,8 +20,12 @@ from nnhydro.diagnosis.model.evidence import WhiteRows, posterior
 from nnhydro.diagnosis.model.sizes import Sizes, none
 from nnhydro.diagnosis.problem.hypothesis import Key
 from nnhydro.diagnosis.search.library import log_mass
-from nnhydro.diagnosis.search.scored_set import IMPOSSIBLE, ScoredSet, imitated_nats, makes_sense, score_set
+from nnhydro.diagnosis.search.scored_set import IMPOSSIBLE, ScoredSet, imitated_nats, makes_sense, score_set, without_member
 from nnhydro.diagnosis.search.weighted_library import WeightedLibrary
+
+if TYPE_CHECKING:
+    from nnhydro.diagnosis.search.best_fit import BestFit
+    from nnhydro.diagnosis.search.tangents import Tangents
 
 Array = NDArray[np.float64]
 SCREENED = (1.0, 1 / 3, 0.0)  # scales of the unknown at which every law is scored
@@ -37,8 +41,8 @@ class Search:
     start: Sizes
     report: Callable[[str], None] = lambda line: None
     settled: frozenset[Key] = frozenset()  # keys of instruments found about their values: laws about none, and rough starts, are out
-    best_fits: dict[tuple[int, ...], Any] = field(default_factory=dict)  # by set (search.best_fit)
-    tangents: dict[tuple[int, ...], Any] = field(default_factory=dict)  # of these (search.tangents)
+    best_fits: "dict[tuple[int, ...], BestFit]" = field(default_factory=dict)  # by set (search.best_fit)
+    tangents: "dict[tuple[int, ...], Tangents | None]" = field(default_factory=dict)  # of these (search.tangents)
     _scored: dict[tuple[int, ...], ScoredSet] = field(default_factory=dict)
     _unknown_nats: dict[tuple[tuple[int, ...], tuple[int, ...]], float] = field(default_factory=dict)
 
@@ -212,7 +216,7 @@ class Search:
 
     def _stands(self, now: ScoredSet) -> bool:
         """Return whether every member of `now` is admitted beside the others."""
-        return all(self.admits(self.score(tuple(x for x in now.chosen if x != k)), now) for k in now.chosen)
+        return all(self.admits(self.score(without_member(now.chosen, k)), now) for k in now.chosen)
 
     def _move(self, now: ScoredSet) -> ScoredSet:
         """Return the set after one add, else one drop, else one swap; the set itself where none is better."""
@@ -221,11 +225,11 @@ class Search:
             if more is not now:
                 return more
         for k in now.chosen:
-            rest = self.score(tuple(x for x in now.chosen if x != k))
+            rest = self.score(without_member(now.chosen, k))
             if rest.score > now.score or not self.admits(rest, now):
                 return rest
         for k in now.chosen:
-            rest = self.score(tuple(x for x in now.chosen if x != k))
+            rest = self.score(without_member(now.chosen, k))
             better = self._better(now, [(*rest.chosen, other) for other in self.screen(rest.chosen)], rest)
             if better is not now:
                 return better

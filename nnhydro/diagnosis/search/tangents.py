@@ -131,8 +131,7 @@ def tangents_of(search: Search, found: ScoredSet) -> Tangents | None:
     """Return the derivatives of `found` by the nonlinear values of its members, found once a set; None without any."""
     if found.chosen not in search.tangents:
         search.tangents[found.chosen] = _over_deviations(search, found)
-    made: Tangents | None = search.tangents[found.chosen]
-    return made
+    return search.tangents[found.chosen]
 
 
 def _over_deviations(search: Search, found: ScoredSet) -> Tangents | None:

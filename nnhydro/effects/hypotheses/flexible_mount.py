@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from math import cos, pi, sin
+from math import pi
 from typing import final
 
 import torch
@@ -11,7 +11,7 @@ from torch import Tensor
 from nnhydro.effects.compliance import oscillator
 from nnhydro.effects.effect import ANY_SIZE, InstrumentEffect, Signature, Values, effect, parameter
 from nnhydro.effects.quantity import Quantity
-from nnhydro.effects.sensor_view import SensorView
+from nnhydro.effects.sensor_view import SensorView, unit_vector
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Base, tensor
 
@@ -82,7 +82,7 @@ class FlexibleMount(InstrumentEffect):
     @property
     def _d(self) -> Tensor:  # (2,)
         """The direction as a unit vector."""
-        return torch.tensor([cos(self.direction[0]), sin(self.direction[0])], dtype=torch.float64)
+        return unit_vector(self.direction[0])
 
     def _sway(self, seen: SensorView, load: Tensor) -> Sway:
         """Velocity and acceleration of the hub under `load` (n,) m/s^2."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import cos, hypot, pi, sin
+from math import hypot, pi
 from typing import final
 
 import torch
@@ -10,7 +10,7 @@ from torch import Tensor
 
 from nnhydro.effects.effect import InstrumentEffect, Signature, Values, effect, parameter
 from nnhydro.effects.quantity import Quantity
-from nnhydro.effects.sensor_view import SensorView
+from nnhydro.effects.sensor_view import SensorView, unit_vector
 from nnhydro.physics.flow import sum_over_links
 from nnhydro.physics.loads.water_pressure import pressure_columns
 
@@ -57,7 +57,7 @@ class WaveOrbital(InstrumentEffect):
     @property
     def _d(self) -> Tensor:  # (2,)
         """The direction as a unit vector."""
-        return torch.tensor([cos(self.direction[0]), sin(self.direction[0])], dtype=torch.float64)
+        return unit_vector(self.direction[0])
 
     def _waves(self, seen: SensorView) -> tuple[Tensor, Tensor]:
         """Velocity and acceleration (n, links, 2) along the direction that each link meets of the water, for cosine 1 and sine 1."""

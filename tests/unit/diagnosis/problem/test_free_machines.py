@@ -67,7 +67,7 @@ def test_a_machine_that_coasts_has_the_inertia_that_is_stated_and_laws_as_they_a
     laws = [h for h in hypotheses_for(design) if h.key[0] in ("tip_drag", "rotor_inertia", "coulomb_friction", "umbilical_stiffness")]
     assert len({h.key for h in laws}) == 4
     assert not design.weight_shares(laws).any()
-    part = design.parts
+    part = design.part_rms
     inertia = np.sqrt((design.rows(lambda s: 10.0 * s.segment.qdd) ** 2).sum(axis=0) / design.time)
     np.testing.assert_allclose(part[:, 1], inertia, rtol=0.02, err_msg="of which the drag, as large in free motion, is no part")
 
