@@ -32,7 +32,7 @@ def identify(
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
-    """Fit the parameters of a physics model to a campaign: masses, friction and, in water, drag and added mass.
+    """Fit masses, friction and water coefficients to a campaign.
 
     What arm.yaml states is fitted within its stated uncertainty. The 95 % intervals come from a bootstrap over recordings.
     """

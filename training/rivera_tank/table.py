@@ -8,9 +8,9 @@ HEAD = """# Every model under every protocol
 
 `python training/rivera_tank/run.py` prints the tables; config.toml holds all choices, results.json all numbers. Error: McLain & Rock's
 sum |measured - model| / sum |measured| on recordings held out of the fit, in %, on datasets/rivera_tank (synthetic). leave-arm-out has
-three simulated arms of slenderness 0.7, 1 and 1.4 (arms.yaml). earlier.csv has the figures of earlier versions. Version 0.1 used the very
-equation of the wake that this tank contains, so that its learned models were no evidence; the memory is learned since.
-`python training/independent_tanks/run.py rivera_tank` gives the errors of the present version.
+three simulated arms of slenderness 0.7, 1 and 1.4 (arms.yaml). earlier.csv has the figures of other versions. Version 0.1.0 used the
+very equation of the wake that this tank contains, so that its learned models are no evidence. Later versions learn the memory from the
+recordings. [independent_tanks](../independent_tanks/README.md) has the errors of a later version on this tank.
 """
 MEASURED = """
 Measured with nnhydro {version} in {minutes} minutes; noise floor {floor:.2f} %.
