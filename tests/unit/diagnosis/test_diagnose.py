@@ -280,7 +280,7 @@ def test_progress_is_told_step_by_step():
     said = []
     diagnose(campaign("steady"), progress=said.append)
     assert said[0] == "estimating noise"
-    assert any(line.startswith("columns of ") for line in said)
+    assert any(line.startswith("computing ") for line in said)
     assert said[-1] == "next experiment"
 
 
