@@ -22,7 +22,7 @@ claimed where a member that fails could also stay: without those that share what
 """
 
 from collections.abc import Set
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any, final
 
 import numpy as np
@@ -47,6 +47,7 @@ from nnhydro.sheet import percent
 
 Array = NDArray[np.float64]
 Shares = dict[int, float]
+Known = dict[tuple[tuple[int, ...], frozenset[int], frozenset[int]], "Claims"]
 LEAST_PROBABLE = 0.5  # of a name: below it a cause on no card is more probable
 EXPLAINED = "a claimed effect explains what it does, and more"
 IMPROBABLE = "a cause outside the catalogue is more probable: much remains, or the size differs between recordings"
@@ -99,61 +100,47 @@ def _precision(search: Search, found: ScoredSet, k: int) -> float:
     return float(np.abs(values.mean / np.sqrt(np.maximum(np.diag(values.covariance), 1e-300))).max())
 
 
-def decide(search: Search, best: ScoredSet, seed: int) -> Claims:
-    """Return what of `best` is claimed, and a decision for each candidate."""
-    return _Elimination(search, seed).claims(best, frozenset(), frozenset())
+def decide(search: Search, best: ScoredSet, seed: int, as_form: frozenset[int] = frozenset(), exact: frozenset[int] = frozenset(),
+           known: Known | None = None) -> Claims:
+    """Return what of `best` is claimed, and a decision for each candidate.
 
-
-@final
-@dataclass(frozen=True, eq=False)
-class _Elimination:
-    """Backward elimination of members that fail: what of a set is claimed, found once a set."""
-
-    search: Search
-    seed: int
-    found: dict[tuple[tuple[int, ...], frozenset[int], frozenset[int]], Claims] = field(default_factory=dict)
-
-    def claims(self, now: ScoredSet, as_form: frozenset[int], exact: frozenset[int]) -> Claims:
-        """Return what of `now` is claimed; `as_form` left as the form of others, and `exact` is the form of none."""
-        key = now.chosen, as_form, exact
-        if key not in self.found:
-            self.found[key] = self._claims(now, as_form, exact) if now.chosen else Claims(now, (), {}, as_form)
-        return self.found[key]
-
-    def _claims(self, now: ScoredSet, as_form: frozenset[int], exact: frozenset[int]) -> Claims:
-        search = self.search
-        judged, failed, shares = self._judge_all(now, exact)
-        if not failed:
-            return Claims(now, tuple(judged.values()), shares, as_form)
-        form, *_, worst = min(failed)
-        rest = _without(search, now, {worst})
-        if form:
-            made = self.claims(rest, as_form | {worst}, exact)
-            fallen = {k for k, decision in judged.items() if decision.claimed} - {*made.claimed.chosen}
-            rival = (now, as_form, exact | {worst}) if fallen else None
-        else:
-            made = self.claims(search.score(sorted({*rest.chosen, *as_form})), frozenset(), exact)
-            sharing = _sharing(search, now, worst) if judged[worst].reason == IMPROBABLE else set()
-            rival = (_without(search, now, sharing), as_form, exact) if sharing else None
-        if rival and worst in (other := self.claims(*rival)).claimed.chosen and other.claimed.score > made.claimed.score:
-            made = other
-        known = {(decision.effect, decision.joint) for decision in made.decisions}
-        left = [decision if k == worst else replace(decision, claimed=False, reason=EXPLAINED) for k, decision in judged.items()]
-        return replace(made, decisions=(*(d for d in left if (d.effect, d.joint) not in known), *made.decisions))
-
-    def _judge_all(self, now: ScoredSet, exact: frozenset[int]) -> tuple[dict[int, Decision], list[tuple[bool, float, float, int]], Shares]:
-        """Return the decisions on the members of a set, those that fail with what orders them, and all shares of the torque."""
-        search, seed = self.search, self.seed
-        rests = {k: _without(search, now, {k}) for k in now.chosen}
-        densities = log_densities(search.view, [now, *rests.values()], seed)
-        by_fold = densities[:, :1] - densities[:, 1:]  # (folds, members)
-        shares = torque_shares(search, now)
-        chance = max(LEAST_GAIN, max(null_threshold(search, rest, seed) for rest in rests.values()))
-        bars = [0.0 if k in exact else bar for k, bar in zip(now.chosen, form_bars(search, now, list(rests.values())), strict=True)]
-        judged = {k: _judge(search, now, rests[k], k, by_fold[:, i], shares, max(chance, bars[i])) for i, k in enumerate(now.chosen)}
-        failed = [(chance < gain <= bar, min(listed_probability(search, now, k), LEAST_PROBABLE), gain, k)
-                  for k, bar in zip(now.chosen, bars, strict=True) if not judged[k].claimed for gain in (search.gain(rests[k], now),)]
-        return judged, failed, shares
+    The members `as_form` left as the form of others; the members `exact` are the form of none. `known` holds the sets judged so far.
+    """
+    known = {} if known is None else known
+    place = best.chosen, as_form, exact
+    if place in known:
+        return known[place]
+    if not best.chosen:
+        return Claims(best, (), {}, as_form)
+    rests = {k: _without(search, best, {k}) for k in best.chosen}
+    densities = log_densities(search.view, [best, *rests.values()], seed)
+    by_fold = densities[:, :1] - densities[:, 1:]  # (folds, members)
+    shares = torque_shares(search, best)
+    chance = max(LEAST_GAIN, max(null_threshold(search, rest, seed) for rest in rests.values()))
+    bars = [0.0 if k in exact else bar for k, bar in zip(best.chosen, form_bars(search, best, list(rests.values())), strict=True)]
+    judged = {k: _judge(search, best, rests[k], k, by_fold[:, i], shares, max(chance, bars[i])) for i, k in enumerate(best.chosen)}
+    failed = [(chance < gain <= bar, min(listed_probability(search, best, k), LEAST_PROBABLE), gain, k)
+              for k, bar in zip(best.chosen, bars, strict=True) if not judged[k].claimed for gain in (search.gain(rests[k], best),)]
+    if not failed:
+        known[place] = Claims(best, tuple(judged.values()), shares, as_form)
+        return known[place]
+    form, *_, worst = min(failed)
+    if form:
+        made = decide(search, rests[worst], seed, as_form | {worst}, exact, known)
+        fallen = {k for k, decision in judged.items() if decision.claimed} - {*made.claimed.chosen}
+        rival = (best, exact | {worst}) if fallen else None
+    else:
+        made = decide(search, search.score(sorted({*rests[worst].chosen, *as_form})), seed, frozenset(), exact, known)
+        sharing = _sharing(search, best, worst) if judged[worst].reason == IMPROBABLE else set()
+        rival = (_without(search, best, sharing), exact) if sharing else None
+    if rival:
+        other = decide(search, rival[0], seed, as_form, rival[1], known)
+        made = other if worst in other.claimed.chosen and other.claimed.score > made.claimed.score else made
+    told = {(decision.effect, decision.joint) for decision in made.decisions}
+    left = [decision if k == worst else replace(decision, claimed=False, reason=EXPLAINED) for k, decision in judged.items()]
+    more = tuple(decision for decision in left if (decision.effect, decision.joint) not in told)
+    known[place] = replace(made, decisions=(*more, *made.decisions))
+    return known[place]
 
 
 def _without(search: Search, found: ScoredSet, members: Set[int]) -> ScoredSet:
