@@ -136,9 +136,9 @@ def decide(search: Search, best: ScoredSet, seed: int, as_form: frozenset[int] =
     if rival:
         other = decide(search, rival[0], seed, as_form, rival[1], known)
         made = other if worst in other.claimed.chosen and other.claimed.score > made.claimed.score else made
-    told = {(decision.effect, decision.joint) for decision in made.decisions}
+    decided = {(decision.effect, decision.joint) for decision in made.decisions}
     left = [decision if k == worst else replace(decision, claimed=False, reason=EXPLAINED) for k, decision in judged.items()]
-    more = tuple(decision for decision in left if (decision.effect, decision.joint) not in told)
+    more = tuple(decision for decision in left if (decision.effect, decision.joint) not in decided)
     known[place] = replace(made, decisions=(*more, *made.decisions))
     return known[place]
 
