@@ -6,8 +6,8 @@
 Friction depends on the relative rate qd_j of the two bodies that meet at joint j, not on absolute rates, and in the LOAD convention it has
 the sign of that rate. A joint at rest can hold any friction torque between minus and plus its level: the value 0 given there is the middle
 of that dead band, not a measurement. Behind a belt (`drive: remote`) elbow friction reaches motor 1 with the opposite sign
-(physics/transmission.py). Source: Rivera (1995), section 3.2, eq. 3-2-4; the smoothing is ours; contacts that bend: Dahl (1968), Aerospace
-Corporation TOR-0158(3107-18), from general knowledge, not checked.
+(physics/transmission.py). Source: Rivera (1995), section 3.2, eq. 3-2-4; the smoothing is ours; contacts that bend: dz/dt of LuGre's model
+at a level that the speed does not change (known as Dahl's: not checked), https://github.com/jchristopherson/friction, README.md.
 """
 
 from math import isfinite

@@ -10,8 +10,9 @@
 `model` is the dry arm as arm.yaml states it, a baseline as fits begin it, or the folder of any model: its torque at the joints, with the
 memory that the motion seen so far has left. The torques are those at the joints, whatever drives them; `torque_limit_Nm` clips each, the
 integral stands still meanwhile. With `encoder_counts_per_rev` the controller sees angles in steps and takes rates from them itself;
-what it decides acts `delay_s` later. Source: Slotine & Li (1991), Applied Nonlinear Control, sections 7.2 and 9.1, from general knowledge,
-not checked; McLain & Rock (1998) for models of the water in a controller.
+what it decides acts `delay_s` later. Source: sat in place of the sign within a boundary: Slotine & Li (1991), as restated
+at https://www.scubadivingchicago.us/underwater-vehicles/vr-vd.html; pd, pid and computed torque: from general knowledge, not checked;
+McLain & Rock (1998) for models of the water in a controller.
 """
 
 from pathlib import Path

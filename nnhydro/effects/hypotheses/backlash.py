@@ -50,7 +50,9 @@ class Backlash(InstrumentEffect):
     mechanism = "Worn or loose gear teeth have play: when the torque changes sign the link crosses the gap and knocks on the other side."
     equation = ("q_link = q_j - gap/2 s,  ds/dt = 2 tau_j / I, less (s - sgn s) / T beyond |s| = 1;  T = 0: |s| <= 1;  "
                 "tau_j smoothed over 0.03 s, as measured where it was, else the model's")
-    source = "play crossed against viscous grease, between elastic flanks: from general knowledge, not checked"
+    source = ("play without torque between elastic, damped flanks: Modelica Standard Library, Rotational.Components.ElastoBacklash, "
+              "https://github.com/modelica/ModelicaStandardLibrary, Modelica/Mechanics/Rotational/Components/ElastoBacklash.mo; "
+              "crossed against viscous grease: from general knowledge, not checked")
     signature = Signature(
         depends_on=("tau",), parity="odd", region="short knocks where the torque of the joint changes sign",
         excited_by="many slow changes of the sign of the torque",

@@ -24,8 +24,9 @@ class CoulombFriction(DryContact, LoadEffect):
     name = "Coulomb friction"
     mechanism = "Dry contact in a seal, bearing or gear: the joint drags with the same torque at any speed, against the way it turns."
     equation = ("tau_j = T_C z,  dz/dt = (sign(qd_j) - z) |qd_j| / z_0,  v_0 <= 0.005 rad/s;  z_0 = 0: z = tanh(qd_j / v_0)")
-    source = ("Rivera (1995), section 3.2, eq. 3-2-4: friction opposes rotation; bristles that bend: Dahl (1968), Aerospace Corporation "
-              "TOR-0158(3107-18), from general knowledge, not checked")
+    source = ("Rivera (1995), section 3.2, eq. 3-2-4: friction opposes rotation; a contact that bends: dz/dt of the LuGre model at a "
+              "level that the speed does not change (known as Dahl's: not checked), in J. Christopherson's collection, "
+              "https://github.com/jchristopherson/friction, README.md")
     signature = Signature(
         depends_on=("qd",), parity="odd", region="everywhere but at rest: a step where the joint reverses",
         excited_by="slow reversals of that joint", mistaken_for=("stribeck_friction", "load_friction", "viscous_friction", "backlash"),

@@ -22,7 +22,8 @@ class EncoderOffset(InstrumentEffect):
     name = "encoder offset"
     mechanism = "The encoder's zero was set at the wrong angle: the model puts the arm at a slightly wrong angle."
     equation = "reading = tau(q_j - delta, ...),  delta = angle read less true angle"
-    source = "constant sensor error: from general knowledge, not checked"
+    source = ("Ferguson, robot_calibration: joint angle offsets among what a calibration seeks, "
+              "https://docs.ros.org/en/kinetic/api/robot_calibration/html/")
     signature = Signature(
         depends_on=("q", "dtau/dq"), parity="even", region="where the torque depends on the angle: towing, bent arms, gravity",
         excited_by="tows at many angles, on both sides of the tow", mistaken_for=("buoyancy_tilt", "ambient_current", "torque_bias"),

@@ -35,7 +35,9 @@ class FlexibleMount(InstrumentEffect):
     mechanism = "Strut, carriage or frame bend under the forces of the arm: the hub moves, and no sensor tells."
     equation = ("reading = tau(hub moves with y d),  y'' + 4 pi f zeta y' + (2 pi f)^2 y = -F.d / M - s a.d;  F: force that the hub "
                 "supplies, a: acceleration of the carriage")
-    source = "one mode of a structure under load: Den Hartog (1956), Mechanical Vibrations: from general knowledge, not checked"
+    source = ("one mode under a force: Irvine (2013), The Time-Domain Response of a Single-Degree-of-Freedom System, eq. 7, "
+              "https://vdocuments.us/the-forced-response-of-a-single-degree-of-web-view-the-time-domain-response.html; on a base that "
+              "accelerates: OpenFAST, equation of TMD_X (see oscillating_mass); the share s is ours")
     signature = Signature(
         depends_on=("qdd", "u0"), parity="mixed", region="about one frequency, at all joints together; ringing after a stop",
         excited_by="quick motions that push the mount, stops with holds after them",

@@ -23,7 +23,10 @@ class HistoryForceEffect(LoadEffect):
     name = "viscous memory (Basset force)"
     mechanism = "Friction drags a thickening layer of water along: past accelerations are felt long after, fading slowly."
     equation = "f = C_H 2 rho D sqrt(pi nu) int dw/dt' exp(-lambda (t - t')) / sqrt(t - t') dt'"
-    source = "Stokes' first problem; a kernel that fades: Mei & Adrian (1992), not checked (physics/loads/history_force.py)"
+    source = ("Stokes' first problem, its wall friction summed over past steps: http://cryer.org.uk/Basset_force; a kernel that fades: "
+              "Mei & Adrian (1992), as in Jaganathan et al. (2023), Front. Phys., "
+              "https://frontiersin.org/articles/10.3389/fphy.2023.1167338/full, section 2.1; the rest is ours "
+              "(physics/loads/history_force.py)")
     signature = Signature(
         depends_on=("dw", "t"), parity="odd", region="after quick starts and stops, fading with 1/sqrt(t)",
         excited_by="quick starts and stops with long holds between",

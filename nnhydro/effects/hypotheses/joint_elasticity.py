@@ -29,8 +29,10 @@ class JointElasticity(InstrumentEffect):
     mechanism = "Belt, gear or shaft give way under load: the angle of the link differs from that of the encoder."
     equation = ("q_link = q_j + delta,  J delta'' + (D + c) delta' + (S + k + k (delta/delta_2)^2) delta = -tau_j;  "
                 "J, D, S = dtau_j/dqdd, dqd, dq;  c = 2 zeta sqrt(k J);  h = 1/(k^3 delta_2^2): slowly, delta = -tau_j/k + h tau_j^3")
-    source = ("Spong (1987), J. Dyn. Sys. Meas. Control 109, eq. 2.9, with damping in the spring; cubic stiffening of harmonic drives: "
-              "Tuttle & Seering (1996), IEEE Trans. Robot. Autom. 12, 368: from general knowledge, not checked")
+    source = ("Spong (1987), J. Dyn. Sys. Meas. Control 109, eq. 2.9, with damping in the spring: from general knowledge, not checked; "
+              "cubic spring: MathWorks, Nonlinear Rotational Spring, "
+              "https://uk.mathworks.com/help/sdl/ref/nonlinearrotationalspring.html; harmonic drives are far from linear: Tuttle "
+              "(1992), abstract at https://www.scribd.com/document/475775513")
     signature = Signature(
         depends_on=("tau", "qdd"), parity="odd", region="strong acceleration: the inertia seems to grow with frequency",
         excited_by="quick oscillations up to near the resonance",

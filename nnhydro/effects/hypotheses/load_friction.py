@@ -26,8 +26,9 @@ class LoadFriction(DryContact, InstrumentEffect):
     mechanism = "The torque presses gear teeth and bearings together, so that their friction grows with it."
     equation = ("reading_j = tau_j + (T_0 + mu |tau_j|) z,  dz/dt = (sign(qd_j) - z) |qd_j| / z_0;  "
                 "z_0 = 0: z = tanh(qd_j / v),  v <= 0.005 rad/s, under load <= 0.02 rad/s")
-    source = ("Coulomb's law with the transmitted torque as load; Rivera (1995), section 3.2, names losses that grow with load; "
-              "T_0: Hamon, Gautier & Garrec (2010), from general knowledge, not checked")
+    source = ("level and share of the torque carried: Rhoban, BAM, friction model M3, "
+              "https://bam.readthedocs.io/en/latest/theory/models.html; Rivera (1995), section 3.2, names losses that grow with load; "
+              "a contact that bends: see coulomb_friction")
     signature = Signature(
         depends_on=("qd", "tau"), parity="odd", region="where the joint turns under load, nothing where it turns unloaded",
         excited_by="the same speed with and without load", mistaken_for=("coulomb_friction", "stribeck_friction", "torque_gain"),

@@ -30,8 +30,8 @@ class OscillatingMass(LoadEffect):
     mechanism = "Liquid in a tank, a hanging load or a soft tool swings: below its frequency it moves with the link, above it stays behind."
     equation = ("tau = J_n^T m (s' - a),  s' = -(2 pi f)^2 y - 4 pi f zeta y',  y' = s - w;  w, a: normal velocity and acceleration of "
                 "the link at x = c L from its joint")
-    source = ("Den Hartog (1956), Mechanical Vibrations, the vibration absorber: from general knowledge, not checked; the "
-              "frame's rotation is omitted")
+    source = ("La Cava & Lackner, Theory Manual for the Tuned Mass Damper Module in OpenFAST, equation of TMD_X, without the frame's "
+              "rotation: https://github.com/OpenFAST/openfast, docs/source/user/servodyn-stc/StC_Theory.rst")
     signature = Signature(
         depends_on=("qdd", "t"), parity="odd", region="about one frequency; ringing after a stop",
         excited_by="oscillations below, at and above its frequency; stops with holds after them",

@@ -22,7 +22,8 @@ class RotorInertia(LoadEffect):
     name = "rotor inertia"
     mechanism = "Rotor and gear turn many times faster than the joint; their inertia counts with the square of the ratio."
     equation = "tau_j = J psidd_j,  psi_j the angle of drive j (q_j where it is driven directly)"
-    source = "reflected inertia J = ratio^2 J_rotor: from general knowledge, not checked"
+    source = ("Drake (Robot Locomotion Group), Reflected Inertia, J = ratio^2 J_rotor (there after Featherstone, 2008): "
+              "https://github.com/RobotLocomotion/drake, multibody/tree/joint_actuator.h")
     signature = Signature(
         depends_on=("qdd",), parity="odd", region="strong acceleration of that joint relative to its neighbour",
         excited_by="accelerating that joint while the others hold or move against it",

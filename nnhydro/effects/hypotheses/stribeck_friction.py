@@ -28,7 +28,9 @@ class StribeckFriction(DryContact, LoadEffect):
     mechanism = "The shaft seal holds on while the joint barely moves and lets go as a film of water or grease forms."
     equation = ("tau_j = (T_C + (T_S - T_C) (1 + m (qd_j / v_S)^2)^(-1/m)) z,  dz/dt = (sign(qd_j) - z) |qd_j| / z_0,  "
                 "v_0 <= 0.005 rad/s;  m = 0: exp(-(qd_j / v_S)^2);  z_0 = 0: z = tanh(qd_j / v_0)")
-    source = "the usual forms after Armstrong-Helouvry, and Hess and Soom (1990; m = 1): from general knowledge, not checked"
+    source = ("m = 0: Stribeck model, m = 1: g(v) of the LuGre model with exponent 2, in J. Christopherson's collection, "
+              "https://github.com/jchristopherson/friction, README.md; other m and one z_0 at all speeds (LuGre's grows with g) are "
+              "ours")
     signature = Signature(
         depends_on=("qd",), parity="odd", region="|qd_j| below about twice v_S", excited_by="very slow turning with reversals",
         mistaken_for=("coulomb_friction", "load_friction", "viscous_friction", "backlash"),

@@ -28,7 +28,8 @@ class TipDrag(LoadEffect):
     name = "drag of a body at the tip"
     mechanism = "A gripper, a bracket or a loose line at the tip holds back the arm where its lever is longest."
     equation = "F = (1/2 rho C_D S |v_tip| + b) v_tip,  tau = J_tip^T F,  b = 0 where it is a bluff body"
-    source = "quadratic and linear drag of a body alike in all directions: from general knowledge, not checked"
+    source = ("linear and quadratic drag after Fossen: Gazebo Sim, Hydrodynamics, "
+              "https://gazebosim.org/api/sim/9/classgz_1_1sim_1_1systems_1_1Hydrodynamics.html; alike in all directions is ours")
     signature = Signature(
         depends_on=("q", "qd", "u0"), parity="odd", region="fast motion of the tip, lengthwise too",
         excited_by="turning the outer joint alone, and towing with the outer link lengthwise",

@@ -22,7 +22,8 @@ class TorqueBias(InstrumentEffect):
     name = "torque sensor offset"
     mechanism = "The sensor was not zeroed: its reading is too high or too low by the same amount, always."
     equation = "reading_j = tau_j + b"
-    source = "additive sensor error: from general knowledge, not checked"
+    source = ("offset o of f = C r + o, r the readings: Model Based In Situ Calibration of Six Axis Force-torque Sensors, section 5.1, "
+              "https://123dok.org/document/y8g3j53w-proposed-approach-to-in-situ-calibration.html")
     signature = Signature(
         depends_on=("nothing",), parity="even", region="everywhere alike, at rest too",
         excited_by="rests, or motion in both directions",

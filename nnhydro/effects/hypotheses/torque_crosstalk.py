@@ -22,7 +22,8 @@ class TorqueCrosstalk(InstrumentEffect):
     name = "torque crosstalk"
     mechanism = "The sensor is twisted by what its neighbour carries, or the cables share a ground: one channel leaks into the other."
     equation = "reading_j = tau_j + sum_k c_k tau_k,  k the other joints"
-    source = "off-diagonal calibration of a sensor: from general knowledge, not checked"
+    source = ("Schrand (HITEC), Cross Talk Compensation Using Matrix Methods, "
+              "https://hitec.humaneticsgroup.com/perspectives/cross-talk-compensation-using-matrix-methods")
     signature = Signature(
         depends_on=("tau of the other joint",), parity="odd", region="in proportion to the other joint's torque",
         excited_by="loading one joint while the other carries little", mistaken_for=("torque_gain", "payload_mass", "added_mass"),

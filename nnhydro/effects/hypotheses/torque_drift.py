@@ -24,7 +24,9 @@ class TorqueDrift(InstrumentEffect):
     name = "torque sensor drift"
     mechanism = "The sensor warms up, creeps or takes in water: its zero moves from recording to recording."
     equation = "reading_j = tau_j + c_1 P_1(p) + c_2 P_2(p) + c_3 P_3(p),  p the time in the campaign, -1 to 1, P_k Legendre's polynomials"
-    source = "slow drift of the zero: from general knowledge, not checked; the polynomials are ours"
+    source = ("drift of strain gauges with temperature: Model Based In Situ Calibration with Temperature compensation of 6 axis Force "
+              "Torque Sensors (2018), arXiv 1812.00650, abstract at https://www.scholarfeed.org/paper/1812.00650v1; the polynomials "
+              "are ours")
     signature = Signature(
         depends_on=("clock",), parity="even", region="the whole of each recording alike, other in early than in late ones",
         excited_by="recordings spread over the day, one motion repeated at its start and end",

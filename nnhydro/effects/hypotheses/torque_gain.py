@@ -22,7 +22,9 @@ class TorqueGain(InstrumentEffect):
     name = "torque sensor scale"
     mechanism = "The sensor's calibration factor is off: every reading is too large or too small by the same factor."
     equation = "reading_j = (1 + g) tau_j"
-    source = "multiplicative sensor error: from general knowledge, not checked"
+    source = ("calibration matrix C of f = C r + o, r the readings, which may change when the sensor is mounted: Model Based In Situ "
+              "Calibration of Six Axis Force-torque Sensors, section 5.1, "
+              "https://123dok.org/document/y8g3j53w-proposed-approach-to-in-situ-calibration.html")
     signature = Signature(
         depends_on=("tau",), parity="odd", region="in proportion to the torque, in every part of it: inertia too",
         excited_by="torques of known size: the dry arm's inertia or weight",

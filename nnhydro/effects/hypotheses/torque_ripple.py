@@ -25,7 +25,9 @@ class TorqueRipple(LoadEffect):
     name = "torque ripple"
     mechanism = "Gear teeth, a harmonic drive or magnets pass by as the joint turns: the same small torque comes back at every tooth."
     equation = "tau_j = a cos(N q_j) + b sin(N q_j)"
-    source = "position-periodic disturbance of geared drives: from general knowledge, not checked"
+    source = ("Malzahn & Roozing (2016), Compliant Joint Toolbox, ripple of type 1: https://github.com/geez0x1/CompliantJointToolbox, "
+              "model/nonlinear/torque_ripple.m; gear teeth as its cause: abstract of doi 10.1109/19.728840, "
+              "https://explore.openaire.eu/search/publication?pid=10.1109%2F19.728840")
     signature = Signature(
         depends_on=("q",), parity="mixed", region="everywhere: a comb over the joint's angle, a hum whose pitch follows its speed",
         excited_by="slow turning over the whole range of the joint", mistaken_for=("vortex_shedding", "buoyancy_tilt", "coulomb_friction"),

@@ -23,7 +23,9 @@ class TorqueSaturation(InstrumentEffect):
     name = "torque sensor clipping"
     mechanism = "The sensor, its amplifier or the motor's current limit ends at a level: larger torques are read as that level."
     equation = "reading_j = tau_j - c sgn(tau_j) max(|tau_j| - level, 0),  c = 1: cut off, less: compressed"
-    source = "clipping of an amplifier: from general knowledge, not checked"
+    source = ("Scilab, Saturation (clipped to a bound) and Deadband (the excess beyond it): "
+              "https://docs.huihoo.com/scilab/help/2023.1.0/en_US/SATURATION.html and DEADBAND.html there; a share of the excess is "
+              "ours")
     signature = Signature(
         depends_on=("tau",), parity="odd", region="the largest torques only: a flat top at one level",
         excited_by="the strongest motions", mistaken_for=("torque_gain", "reynolds_drag", "drag_form"),

@@ -29,7 +29,8 @@ class UmbilicalStiffness(LoadEffect):
     name = "hose or cable stiffness"
     mechanism = "A hose, cable or boot across the joint pulls it back towards the angle at which it is slack."
     equation = "tau_j = k x + p, or with k_2 x^2 + k_3 x^3 besides,  x = q_j - q_mean;  tau_j(q_rest) = 0"
-    source = "linear spring, and the first terms of any other: from general knowledge, not checked"
+    source = ("MathWorks, Nonlinear Rotational Spring, two-sided polynomial: "
+              "https://uk.mathworks.com/help/sdl/ref/nonlinearrotationalspring.html; the same terms on both sides are ours")
     signature = Signature(
         depends_on=("q",), parity="mixed", region="grows with the distance from the rest angle, in every recording alike",
         excited_by="holding the joint at both ends of its range", mistaken_for=("torque_bias", "torque_drift", "buoyancy_tilt"),

@@ -49,8 +49,11 @@ class VortexShedding(LoadEffect):
     name = "vortex shedding"
     mechanism = "Vortices leave the link left and right in turn; each gives a tug along the motion, the more often the faster it moves."
     equation = "f = 1/2 rho D |w| w (a_i cos psi + b_i sin psi),  dpsi/dt = 4 pi St <|w|> / D,  <> the mean over a cell of the span"
-    source = ("St about 0.2 and drag at twice the shedding frequency: Rivera (1995), section 2; cells along a span in shear: "
-              "from general knowledge, not checked")
+    source = ("St about 0.2 and drag at twice the shedding frequency: Rivera (1995), section 2; cells of unlike frequency along a "
+              "span: Williamson (1989), J. Fluid Mech. 206, 579, abstract at "
+              "http://sciencedocbox.com/Space_and_Astronomy/68503217-Oblique-and-parallel-modes-of-vortex-shedding-"
+              "in-the-wake-of-a-circular-cylinder-at-low-reynolds-numbers.html (at low Reynolds numbers); "
+              "cells in shear: from general knowledge, not checked")
     signature = Signature(
         depends_on=("w", "path"), parity="odd", region="steady fast motion: a hum whose pitch follows the speed",
         excited_by="long strokes at constant speed, sampled quickly",

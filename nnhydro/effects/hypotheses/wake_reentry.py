@@ -29,8 +29,10 @@ class WakeReentry(LoadEffect):
     equation = ("f = 1/2 rho D (-2 kappa_1 |w| o - 2 kappa_0 |w| (m - o) + kappa_2 (|w - o| (w - o) - |w| w + 2 |w| o)), the drag of "
                 "w - a m expanded in a;  o how much faster the wake m runs than the strip, along m;  dv/dt = (w - v) k,  "
                 "k = max(|w|, |v|)/(lambda D) + r,  s dm/dt = (v - m) k,  m = v where s = 0")
-    source = ("Lambrakos, Chao, Beckmann & Brannon (1987), Ocean Engineering 14, 117: a wake velocity in the drag's speed, from general "
-              "knowledge, not checked; McLain & Rock (1998) restrict themselves to starts from rest for this reason; the form is ours")
+    source = ("wake effects of the flow's history: Lambrakos, Chao, Beckmann & Brannon (1987), Ocean Engineering 14, 117, abstract at "
+              "https://data.zhenzhi.com/details/1/991698719; a velocity changed by the wake that is met at a reversal: Sabag, Edge & "
+              "Soedigdo, Wake II model, abstract on td.alljournals.com.cn; McLain & Rock (1998) restrict themselves to starts from "
+              "rest for this reason; the form is ours")
     signature = Signature(
         depends_on=("w", "motion before"), parity="odd", region="after stops and reversals",
         excited_by="stops, pauses and reversals after long strokes",

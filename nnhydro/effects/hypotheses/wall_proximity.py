@@ -28,7 +28,10 @@ class WallProximity(LoadEffect):
     name = "nearness of a wall"
     mechanism = "Between link and wall the water has less room and must flow faster: drag and added mass rise where the arm points there."
     equation = "C -> C + a p,  p = exp(-(1 - r.d / R) / depth),  r the place of the strip, d the direction of the wall, R the arm's reach"
-    source = "rise of both coefficients near a wall: from general knowledge, not checked; the form is ours"
+    source = ("added mass near a wall: Wave Forces on Cylinders near Plane Boundary, abstract at "
+              "https://paperexplained.cn/articles/paper/detail/840a402b330adf33aea566bc5f5818a81ea9a005; drag between near side walls "
+              "(at low Reynolds numbers): https://discovery.researcher.life/topic/circular-cylinders-of-finite-length/24862400?page=4; "
+              "the form is ours")
     signature = Signature(
         depends_on=("q", "w", "dw"), parity="mixed", region="postures that point in one direction of the tank",
         excited_by="the same motion around several directions of joint 1",

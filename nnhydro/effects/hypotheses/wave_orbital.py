@@ -33,8 +33,11 @@ class WaveOrbital(InstrumentEffect):
     mechanism = "A wave passes: the water around the arm swings to and fro and loads the arm, whether it moves or not."
     equation = ("v = (a cos psi + b sin psi) d,  psi = omega t - k d.r,  k = omega^2 / g,  on each link its mean weighted by the lever "
                 "about its joint;  reading = tau(relative motion) - displaced mass times dv/dt at a fixed place")
-    source = ("linear deep-water wave: from general knowledge, not checked; displaced mass: Rivera (1995), eq. 2-3; "
-              "the water's own acceleration, not the one that the moving link meets: Auton, Hunt & Prud'homme (1988), not checked")
+    source = ("k = omega^2 / g: Mainwaring (2019), wave_gazebo_plugins, "
+              "https://docs.ros.org/en/melodic/api/wave_gazebo_plugins/html/Physics_8cc_source.html; displaced mass: Rivera (1995), "
+              "eq. 2-3, and QBlade, Morison Equation, https://github.com/QBladeOcean/QBladeOceanDocs, "
+              "docs/source/src/theory/hydrodynamics/me/me.rst; the water's own acceleration, not the one that the moving link meets: "
+              "Xu & Nadim (2015), Electron. J. Differ. Equ. 104, eq. 1.1 (a sphere), https://studylib.net/doc/10766668")
     signature = Signature(
         depends_on=("t", "q", "w"), parity="mixed",
         region="one line in the spectrum at the same frequency whatever the motion, at rest too",

@@ -6,7 +6,7 @@
     held out(lambda) = sum over blocks of |y_b - X_b theta without b|^2                     blocks (recordings) independent
 
 Rows of a recording are not independent: GCV then takes too small a weight. Where there are a few recordings, leave them out.
-Source: Craven & Wahba's GCV [MEM]; the scaling is ours.
+Source: GCV as in R's mlrv, https://search.r-project.org/CRAN/refmans/mlrv/html/gcv_cov.html; the scaling is ours.
 """
 
 from collections.abc import Sequence

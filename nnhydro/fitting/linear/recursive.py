@@ -8,8 +8,8 @@
 
 What leaves its bounds is put on them, the others moved along as their covariance says. Where nothing excites a coefficient its variance
 does not grow beyond where it began: the prior is its cap. `forgetting` is the weight that a sample keeps after one period; it remembers
-1/(1 - forgetting) samples. Source: Astrom & Wittenmark (1995), Adaptive Control, chapter 2, from general knowledge, not checked; bounds and
-cap are ours.
+1/(1 - forgetting) samples. Source: https://github.com/zolirulez/Thesis, Codes/ModelicaPlant/RecursiveLeastSquares.m, where K holds
+forgetting for R = 1: the same, as P here is divided by it already; bounds and cap are ours.
 """
 
 from collections.abc import Sequence

@@ -5,7 +5,8 @@
 For each nu the linear problem is solved exactly by QR of [X | y], block by block (a recording, a slew) and then over the blocks. The
 corner of R is the root of E itself, without the cancellation of normal equations, so that E may be searched down to rounding.
 E is tabulated over the whole range of nu before the best of its minima are polished: no start value, no local minimum missed that the
-table shows. Source: Golub & Pereyra's variable projection [MEM]; McLain & Rock (1998), eq. (33) is of this form.
+table shows. Source: variable projection, Golub & Pereyra (2003), as told at
+https://stat.ethz.ch/pipermail/r-help/2008-July/167107.html; McLain & Rock (1998), eq. (33) is of this form.
 """
 
 from collections.abc import Callable, Sequence

@@ -7,7 +7,8 @@
 
 Rivera (1995), section 3.1, lets the planar angle and the parallel distance act on drag and inertia coefficients [R] but no
 formula and no number survives: form and amplitude are ours, the amplitude is to be identified. For scale: the rear one of two cylinders in
-tandem keeps about a fifth to a third of its drag a few diameters apart, 0.6 to 0.7 beyond 8 [MEM].
+tandem keeps about a fifth to a third of its drag a few diameters apart, 0.6 to 0.7 beyond 8 (from general knowledge, not checked); its drag
+jumps at a critical spacing: Zdravkovich (1977), abstract at https://scribd.com/document/519512388/Cylinder-drag1.
 """
 
 from dataclasses import dataclass

@@ -5,7 +5,8 @@
 
 b_k are the clamped uniform B-splines of degree 3 (2 for K = 1) on 0..1; the last two share c_K, so that the curve ends level and stays
 constant beyond `end` diameters. The penalty draws it towards a straight line; its weight is chosen by generalised cross-validation or
-on held-out recordings (fitting/linear/penalised_fit.py). Source: Eilers & Marx's P-splines [MEM]; the end conditions are ours.
+on held-out recordings (fitting/linear/penalised_fit.py). Source: P-splines of Eilers & Marx (1996), as in R's mgcv,
+https://rdrr.io/pkg/mgcv/man/smooth.construct.ps.smooth.spec.html; the end conditions are ours.
 """
 
 from functools import lru_cache

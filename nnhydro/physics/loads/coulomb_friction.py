@@ -8,8 +8,8 @@
     z_0    rotation over which the contact bends before it slips (an option; presliding)                              [rad]
 
 Holds for dry or lightly lubricated contacts in steady sliding; with locked joints the true torque is anywhere between -T_C and T_C.
-Source: Rivera (1995), section 3.2 (friction opposes rotation, eq. 3-2-4; one aggregate law a joint after Dupont 1993); presliding: Dahl
-(1968), from general knowledge, not checked.
+Source: Rivera (1995), section 3.2 (friction opposes rotation, eq. 3-2-4; one aggregate law a joint after Dupont 1993); presliding: dz/dt of
+LuGre's model at a level that no speed changes (known as Dahl's: not checked), https://github.com/jchristopherson/friction, README.md.
 """
 
 from dataclasses import dataclass

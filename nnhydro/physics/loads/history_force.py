@@ -6,12 +6,14 @@ Half of it is wall friction, half the pressure of the displaced flow, of a thin 
 C_H = 1 then. It is the half-order part of Stokes' and Wang's force on an oscillating cylinder, 4 (pi beta)^(-1/2) in the inertia
 coefficient, beta = D^2/(nu T). It holds while the flow is attached (about a diameter of travel).
 Basset's kernel has lambda = 0. At finite Reynolds numbers the flow carries the layer's vorticity away, and the kernel fades faster than
-1/sqrt(t) (Mei & Adrian 1992, J. Fluid Mech. 237: from general knowledge, not checked). exp(-lambda t) is the simplest law that does: ours.
+1/sqrt(t) (Mei & Adrian 1992, for a sphere, as in Jaganathan et al. 2023, Front. Phys., section 2.1,
+https://frontiersin.org/articles/10.3389/fphy.2023.1167338/full: at last as t^-2). exp(-lambda t) is the simplest law that does: ours.
 The integral is exact for a velocity that is linear between the rows: a step of acceleration a gives a [K(t - t_k) - K(t - t_k+1)],
 K(t) = sqrt(pi/lambda) erf(sqrt(lambda t)), 2 sqrt(t) for lambda = 0.
 Motion before the first row is taken to have been steady; steady rows have no history. The kernel is positive: from rest to any state the
 force takes energy. In a uniform acceleration a from rest f = C_H 4 rho D sqrt(pi nu t) a.
-Source: derived here from Stokes' first problem; the coefficient agrees with Stokes-Wang as in [MEM].
+Source: derived here from the wall friction of Stokes' first problem, summed over past steps (http://cryer.org.uk/Basset_force). The
+coefficient agrees with Stokes' and Wang's, whose formula is from general knowledge, not checked.
 """
 
 from dataclasses import dataclass

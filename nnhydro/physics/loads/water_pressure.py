@@ -6,7 +6,9 @@
 
 Exact for links that are thin beside the flow's own scale; there is nothing to fit. Together with the added mass of the motion through the
 water it makes the inertia part of Morison's force in moving water, 1 + C_M times the displaced mass on a link at rest.
-Source: Morison et al. (1950); as a force apart from the added mass: Auton, Hunt & Prud'homme (1988), from general knowledge, not checked.
+Source: Rivera (1995), eq. 2-3; apart from the added mass, with C_p = 1: QBlade, Morison Equation,
+https://github.com/QBladeOcean/QBladeOceanDocs, docs/source/src/theory/hydrodynamics/me/me.rst; the water's own acceleration, on a sphere:
+Xu & Nadim (2015), Electron. J. Differ. Equ. 104, eq. 1.1, https://studylib.net/doc/10766668.
 """
 
 from dataclasses import dataclass
