@@ -38,7 +38,7 @@ class TorqueSaturation(InstrumentEffect):
 
     share: Values = parameter("1", 1.0, (0.0, 1.5), "part of the excess that is cut off", per="arm")
     level: Values = parameter("N m", 0.9, (1e-12, 1e12), "torque at which clipping begins", per="arm", linear=False,
-                              grid=(1.0, 0.97, 0.94, 0.9, 0.85, 0.8, 0.65, 0.5))
+                              grid=(1.0, 0.97, 0.94, 0.9, 0.85, 0.8))
 
     def columns(self, seen: SensorView) -> Tensor:
         """Return the excess beyond the level at the joint, less, (n, joints, 1)."""

@@ -75,7 +75,7 @@ def illustrate(effect: type[Effect]) -> tuple[Motion, Tensor, Tensor, int]:
     best = 0.0, torch.zeros_like(seen.tau)
     for hypothesis in (*made[middle:], *made[:middle]):
         best = max(best, _change(hypothesis, seen, tensor(peak)), key=lambda found: found[0])
-        if best[0] > 0.99 * SHARE:  # a clipping near the largest torque takes less
+        if best[0] > 0.99 * SHARE:  # a clipping takes less: the best that is shows
             break
     change = best[1]
     return motion, seen.tau, seen.tau + change, int((change.abs().amax(0) / tensor(peak)).argmax())

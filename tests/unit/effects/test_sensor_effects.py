@@ -219,7 +219,7 @@ def test_what_clips_softly_is_clipped_in_part_from_levels_below_the_one_that_is_
         X = torch.cat([made("torque_saturation", arm(1), 1, level=(x,)).columns(seen)[:, 0] for x in levels], dim=1).numpy()
         return np.linalg.norm(read - tau - X @ np.linalg.lstsq(X, read - tau, rcond=None)[0])
 
-    named = 0.8 * np.abs(read).max()
+    named = min(card.grids()["level"]) * np.abs(read).max()
     assert left([named, *(times * named for times in card.spread["level"])]) < left([named]) / 3
 
 
