@@ -17,10 +17,11 @@ STEP = 1e-3  # of a parameter's standard deviation: step of the numerical deriva
 @final
 @dataclass(frozen=True)
 class Quantity:
-    """`value` in `unit` ("1" for a pure number)."""
+    """`value` in `unit` ("1" for a pure number); a `length`, of a vector for example, is never negative."""
 
     value: float
     unit: str
+    length: bool = False
 
 
 def _round_to(value: float, step: float) -> str:
@@ -33,13 +34,13 @@ def _round_to(value: float, step: float) -> str:
 
 
 def format_quantity(quantity: Quantity, interval: Interval | None = None) -> str:
-    """Return e.g. "0.50 +- 0.03 N m/rad"; an interval that lies far off centre is written out."""
+    """Return e.g. "0.50 +- 0.03 N m/rad"; an interval that lies far off centre, or ends at 0, is written out."""
     unit = "" if quantity.unit == "1" else f" {quantity.unit}"
     if interval is None or not all(map(isfinite, interval)):
         return f"{quantity.value:.3g}{unit}"
     low, high = interval
     half = (high - low) / 2
-    if abs(quantity.value - (low + high) / 2) > half / 4:
+    if abs(quantity.value - (low + high) / 2) > half / 4 or low == 0 < half:
         return f"{_round_to(quantity.value, half)}{unit} (95 %: {_round_to(low, half)} to {_round_to(high, half)})"
     return f"{_round_to(quantity.value, half)} +- {_round_to(half, half)}{unit}"
 
@@ -50,7 +51,7 @@ def intervals(quantities: Callable[[Tensor], Mapping[str, Quantity]], values: Te
 
     `quantities(values)` with the values (p,), `covariance` (p, p) theirs. Good where a quantity is nearly linear over the interval.
     Values with `limits` by their index are not moved beyond them: at a limit the derivative is that of the one side. A quantity that is
-    absent there, as the bending of a contact that does not bend, is 0.
+    absent there, as the bending of a contact that does not bend, is 0. The interval of a length ends at 0.
     """
     centre, deviations = quantities(values), covariance.diagonal().clamp(min=0).sqrt()
     gradient = {name: torch.zeros(len(values), dtype=torch.float64) for name in centre}
@@ -65,9 +66,10 @@ def intervals(quantities: Callable[[Tensor], Mapping[str, Quantity]], values: Te
             for name in centre:
                 gradient[name][p] = (up.get(name, 0.0) - down.get(name, 0.0)) / float(ends[1][p] - ends[0][p])
     halves = {name: Z95 * float((g @ covariance @ g).clamp(min=0).sqrt()) for name, g in gradient.items()}
-    return {name: (centre[name].value - half, centre[name].value + half) for name, half in halves.items()}
+    least = {name: 0.0 if quantity.length else -inf for name, quantity in centre.items()}
+    return {name: (max(centre[name].value - half, least[name]), centre[name].value + half) for name, half in halves.items()}
 
 
 def polar(x: float, y: float, unit: str, size: str) -> dict[str, Quantity]:
     """Return a vector as its length, called `size`, and its direction from +X."""
-    return {size: Quantity(hypot(x, y), unit), "direction": Quantity(atan2(y, x), "rad")}
+    return {size: Quantity(hypot(x, y), unit, length=True), "direction": Quantity(atan2(y, x), "rad")}

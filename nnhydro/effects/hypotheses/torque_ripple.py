@@ -51,7 +51,7 @@ class TorqueRipple(LoadEffect):
 
     def quantities(self) -> dict[str, Quantity]:
         """Return amplitude and number of periods."""
-        return {"amplitude": Quantity(hypot(self.cosine[0], self.sine[0]), "N m"), "periods": Quantity(self.periods[0], "1")}
+        return {"amplitude": Quantity(hypot(self.cosine[0], self.sine[0]), "N m", length=True), "periods": Quantity(self.periods[0], "1")}
 
     def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""

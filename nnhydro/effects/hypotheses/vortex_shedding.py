@@ -84,7 +84,7 @@ class VortexShedding(LoadEffect):
     def quantities(self) -> dict[str, Quantity]:
         """Return amplitude and Strouhal number."""
         size = hypot(*self.cosine, *self.sine) / sqrt(len(self.cosine))
-        return {"amplitude": Quantity(size, "1"), "strouhal": Quantity(self.strouhal[0], "1")}
+        return {"amplitude": Quantity(size, "1", length=True), "strouhal": Quantity(self.strouhal[0], "1")}
 
     def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""

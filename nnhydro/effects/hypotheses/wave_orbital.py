@@ -117,8 +117,8 @@ class WaveOrbital(InstrumentEffect):
 
     def quantities(self) -> dict[str, Quantity]:
         """Return amplitude, frequency and direction."""
-        return {"amplitude": Quantity(hypot(self.cosine[0], self.sine[0]), "m/s"), "frequency": Quantity(self.frequency[0], "Hz"),
-                "direction": Quantity(self.direction[0], "rad")}
+        return {"amplitude": Quantity(hypot(self.cosine[0], self.sine[0]), "m/s", length=True),
+                "frequency": Quantity(self.frequency[0], "Hz"), "direction": Quantity(self.direction[0], "rad")}
 
     def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""

@@ -6,7 +6,7 @@ import torch
 from hypotheses import made
 from rigs import arm
 
-from nnhydro.effects.quantity import Quantity, format_quantity, intervals
+from nnhydro.effects.quantity import Quantity, format_quantity, intervals, polar
 from nnhydro.physics.motion import tensor
 
 
@@ -17,6 +17,7 @@ def bent(k, p, k2, k3):
 @pytest.mark.parametrize(("value", "interval", "text"), [
     (0.5, (0.47, 0.53), "0.50 +- 0.03 N"), (0.5, None, "0.5 N"), (1.0, (0.2, 5.0), "1.0 N (95 %: 0.2 to 5.0)"),
     (3.0, (3.0, 3.0), "3 +- 0 N"), (0.1234, (0.1112, 0.1356), "0.123 +- 0.012 N"), (12345.0, (8345.0, 16345.0), "12345 +- 4000 N"),
+    (0.06, (0.0, 0.13), "0.06 N (95 %: 0.00 to 0.13)"),
 ])
 def test_numbers_are_told_with_the_figures_of_their_uncertainty(value, interval, text):
     assert format_quantity(Quantity(value, "N"), interval) == text
@@ -53,3 +54,11 @@ def test_a_value_known_to_all_its_digits_adds_nothing_to_an_interval():
     covariance = torch.tensor([[0.01, 0.0], [0.0, 1e-40]], dtype=torch.float64)
     low, high = intervals(lambda v: spring.with_linear(v).quantities(), spring.linear_values(), covariance)["rest_angle"]
     assert (high - low) / 2 == pytest.approx(1.96 * 0.025, rel=1e-5)
+
+
+@pytest.mark.parametrize(("deviation", "low"), [(0.1, 0.5 - 0.196), (1.0, 0.0)])
+def test_the_interval_of_a_length_ends_at_0_and_that_of_its_direction_does_not(deviation, low):
+    covariance = torch.eye(2, dtype=torch.float64) * deviation**2
+    found = intervals(lambda v: polar(float(v[0]), float(v[1]), "N", "force"), tensor([0.5, 0.0]), covariance)
+    assert found["force"] == pytest.approx((low, 0.5 + 1.96 * deviation), rel=1e-4)
+    assert found["direction"] == pytest.approx((-1.96 * deviation / 0.5, 1.96 * deviation / 0.5), rel=1e-4)
