@@ -133,7 +133,7 @@ def values_of(search: Search, found: ScoredSet, k: int, tangents: Tangents | Non
 
 
 def quantity_intervals(effect: AnyEffect, values: Values) -> dict[str, Interval]:
-    """Return the 95 % interval of every quantity of `effect`, whose linear `values` (p,) are, by the delta rule."""
+    """Return the 95 % interval of every quantity of `effect`, whose linear `values` (p,) are: by the delta rule, cut at physical bounds."""
     p = len(effect.linear_names())
     at = [*range(p), *range(len(values.covariance) - len(values.names), len(values.covariance))]  # without a constant of its own
     mean = np.concatenate([values.mean[:p], [getattr(effect, name)[0] for name in values.names]])
@@ -145,7 +145,12 @@ def quantity_intervals(effect: AnyEffect, values: Values) -> dict[str, Interval]
         changes: dict[str, Any] = {name: (float(v),) * len(getattr(effect, name)) for name, v in zip(values.names, x[p:], strict=True)}
         return replace(effect.with_linear(x[:p]), **changes).quantities()
 
-    return intervals(quantities, torch.from_numpy(mean), torch.from_numpy(values.covariance[np.ix_(at, at)]), limits)
+    found = intervals(quantities, torch.from_numpy(mean), torch.from_numpy(values.covariance[np.ix_(at, at)]), limits)
+    for name, (low, high) in found.items():
+        least, most = bounds.get(name.partition("[")[0], (-np.inf, np.inf))
+        if high > least and low < most:
+            found[name] = max(low, least), min(high, most)
+    return found
 
 
 def says_nothing(search: Search, found: ScoredSet, k: int) -> bool:

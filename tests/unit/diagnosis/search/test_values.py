@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+from hypotheses import made
 from oscillations import with_oscillation
 from problems import design, law, search, unknown, with_values
+from rigs import arm
 
 from nnhydro.diagnosis.constants import BASELINE_FORM, FEW_NATS, RHO
 from nnhydro.diagnosis.model.evidence import WhiteRows
@@ -11,7 +13,7 @@ from nnhydro.diagnosis.model.sizes import without_unknown
 from nnhydro.diagnosis.search import values
 from nnhydro.diagnosis.search.best_fit import best_fit, fit_at
 from nnhydro.diagnosis.search.stepwise import Search
-from nnhydro.diagnosis.search.values import Values, _pool, _variance_between, says_nothing, values_of
+from nnhydro.diagnosis.search.values import Values, _pool, _variance_between, quantity_intervals, says_nothing, values_of
 from nnhydro.diagnosis.search.weighted_library import WeightedLibrary
 
 LAWS = tuple(law(f"law_{k}") for k in range(3))
@@ -208,6 +210,14 @@ def test_a_law_says_nothing_where_the_interval_of_each_of_its_values_holds_0_wit
 def test_a_law_without_nonlinear_values_is_asked_for_its_linear_values_alone():
     one = with_values(0.0, seed=3)
     assert not says_nothing(one, one.score((0,)), 0)
+
+
+def test_the_interval_of_a_value_ends_at_its_physical_bounds():
+    """A contact bends by no negative angle; its friction pushes in no motion."""
+    rubbing = made("coulomb_friction", arm(1), 1, level=(0.1,), bending=(0.001,))
+    spans = quantity_intervals(rubbing, Values(np.array([0.1]), np.diag([0.1**2, 0.001**2]), names=("bending",)))
+    assert spans["bending"] == pytest.approx((0.0, 0.00296), rel=1e-3)
+    assert spans["level"] == pytest.approx((0.0, 0.296), rel=1e-3)
 
 
 def test_a_scale_known_to_a_tenth_moves_all_linear_values_together_and_no_other():
