@@ -1,11 +1,12 @@
 """A hum: a line in the spectrum of what remains, at one frequency in all recordings whatever the motion.
 
-    S_k = sum_r I_rk / background_rk,     p = K Q(R, S_max),     Q the upper regularised gamma function
+    S_k = sum_r I_rk / background_rk,     p = K min_k max(Q(R, S_k), F(2R, 8R; S_k / B_k)),     Q the upper regularised gamma function
 
 I_rk is the periodogram of recording r at the frequency k of K; over a smooth background its ordinates are exponential, so that sums over R
 recordings are gamma distributed. The background is the median of the ordinates around, the line's own left out, beside the trend of all
 recordings: the noise of angles rises to the band's edge. A state of the arm makes such a line only at the frequencies at which all
-recordings move, a free pendulum's own and its harmonics: where the acceleration has a line, none is told.
+recordings move, a free pendulum's own and its harmonics: where the acceleration has a line, none is told. Nor is a wider peak, such as that
+of an irregular sea: a line also stands out from B_k, the mean of four ordinates so close beside it that it is just over there.
 Source: Fisher (1929), Proc. R. Soc. A 125, pooled over recordings; ours.
 """
 
@@ -23,6 +24,7 @@ from nnhydro.recordings.filtering.periodogram import hann, hann_power
 Array = NDArray[np.float64]
 LOWEST = 1.0  # Hz: below it lie the motions and what slowly drifts
 AROUND, WIDTH = 12, 2  # ordinates on either side that make the background, and those next to the line that do not
+BESIDE = (-WIDTH - 3, -WIDTH - 1, WIDTH + 1, WIDTH + 3)  # ordinates where a line is over, nearly independent under the window
 WELL_INSIDE = 0.95  # of the band's edge: next to it the cut leaks
 TREND = 3  # degree of the trend of the logarithms
 HEAVY = 1.4  # a background from so few ordinates makes the ratios' tails heavier than exponential: by so much, measured on noise
@@ -81,17 +83,18 @@ def _trend(records: Sequence[tuple[Array, float]], highest: float) -> Callable[[
     return lambda f: np.asarray(np.exp(made(np.log(np.maximum(f, np.exp(u.min()))))), np.float64)
 
 
-def _ratios(x: Array, dt: float, highest: float, trend: Callable[[Array], Array] = np.ones_like) -> tuple[Array, Array, Array]:
-    """Frequencies (k,) Hz up to `highest`, ordinates over their background, and amplitudes N m of lines that would make them."""
+def _ratios(x: Array, dt: float, highest: float, trend: Callable[[Array], Array] = np.ones_like) -> tuple[Array, Array, Array, Array]:
+    """Frequencies (k,) Hz up to `highest`, ordinates over their background, the same beside each, N m of lines that would make them."""
     f, power = hann_power(x - x.mean(), dt, zero_ends=False)
     inside = max(int(np.searchsorted(f, highest, side="right")), AROUND + 1)
     f, power = f[:inside], power[:inside]
-    smooth = trend(f)
-    padded = np.pad(power / smooth, AROUND, mode="reflect")
+    flat = power / trend(f)
+    padded, ended = np.pad(flat, AROUND, mode="reflect"), np.pad(flat, AROUND, constant_values=np.nan)
     around = np.stack([padded[AROUND + k:AROUND + k + len(power)] for k in range(-AROUND, AROUND + 1) if abs(k) > WIDTH])
-    background = np.median(around, axis=0) / np.log(2)
-    ratios: Array = power / smooth / np.maximum(background, 1e-300)
-    return f, ratios, np.asarray(2 * np.sqrt(power) / hann(len(x), zero_ends=False).sum(), np.float64)
+    background = np.maximum(np.median(around, axis=0) / np.log(2), 1e-300)
+    beside = np.nanmean([ended[AROUND + k:AROUND + k + len(power)] for k in BESIDE], axis=0)
+    amplitude: Array = 2 * np.sqrt(power) / hann(len(x), zero_ends=False).sum()
+    return f, flat / background, beside / background, amplitude
 
 
 def _moves(parts: Sequence[Residual], grid: Array, highest: float) -> NDArray[np.bool_]:
@@ -102,7 +105,7 @@ def _moves(parts: Sequence[Residual], grid: Array, highest: float) -> NDArray[np
     for name in parts[0].state:
         if name.startswith("ddq"):
             spectra = [_ratios(part.state[name], part.dt, highest) for part in parts]
-            S = np.sum([np.interp(grid, f, ratio) for f, ratio, _ in spectra], axis=0)
+            S = np.sum([np.interp(grid, f, ratio) for f, ratio, *_ in spectra], axis=0)
             made |= len(grid) * gammaincc(len(parts), S / HEAVY) <= P_ALARM
     return made
 
@@ -118,7 +121,7 @@ def strongest(parts: Sequence[Residual], joint: int, edge: float = np.inf, flat:
     It is looked for in `flat`, the residuals with all frequencies divided by their noise, where these are given. None where recordings are
     too few or too short.
     """
-    from scipy.special import gammaincc
+    from scipy.special import fdtrc, gammaincc
 
     long = [part for part in parts if part.dt > 0 and len(part.r) >= FEWEST_ROWS]
     highest = WELL_INSIDE * min([edge, *(0.5 / part.dt for part in long)])
@@ -131,14 +134,15 @@ def strongest(parts: Sequence[Residual], joint: int, edge: float = np.inf, flat:
     whitened = [_ratios(part.r[:, joint], part.dt, highest, trend) for part in looked_in]
     longest = max(len(part.r) * part.dt for part in used)
     grid = np.arange(LOWEST, highest, 1 / longest)
-    at = [np.interp(grid, f, ratio) for f, ratio, _ in whitened]
-    S, K = np.sum(at, axis=0), len(grid)
+    at = [np.interp(grid, f, ratio) for f, ratio, *_ in whitened]
+    S, B = np.sum(at, axis=0), np.sum([np.interp(grid, f, beside) for f, _, beside, _ in whitened], axis=0)
     shared = (np.max(at, axis=0) <= MOST * S) & ~_moves(used, grid, highest)
     if not shared.any():
         return None
-    best = int(np.argmax(np.where(shared, S, 0.0)))
-    amplitude = float(np.median([np.interp(grid[best], f, a) for f, _, a in spectra]))
+    n = len(used)
+    p = np.where(shared, np.maximum(gammaincc(n, S / HEAVY), fdtrc(2 * n, 2 * n * len(BESIDE), S / np.maximum(B, 1e-300))), 1.0)
+    best = int(np.lexsort((-S, p))[0])
+    amplitude = float(np.median([np.interp(grid[best], f, a) for f, *_, a in spectra]))
     energy = float(np.mean(np.concatenate([part.r[:, joint] for part in used]) ** 2))
-    p_value = float(min(1.0, K * gammaincc(len(used), S[best] / HEAVY)))
-    return Line(joint + 1, p_value, float(grid[best]), amplitude, amplitude**2 / 2 / max(energy, 1e-300))
+    return Line(joint + 1, float(min(1.0, len(grid) * p[best])), float(grid[best]), amplitude, amplitude**2 / 2 / max(energy, 1e-300))
 

@@ -170,7 +170,7 @@ def test_a_hum_alone_is_all_there_is():
 def test_amplitudes_are_those_of_sines_at_the_ordinates():
     t = 0.02 * np.arange(500)
     noise = 1e-3 * np.random.default_rng(1).standard_normal(500)
-    f, ratios, amplitude = _ratios(3.0 * np.sin(2 * np.pi * 5.0 * t + 1.0) + 10.0 + noise, 0.02, 25.0)
+    f, ratios, _, amplitude = _ratios(3.0 * np.sin(2 * np.pi * 5.0 * t + 1.0) + 10.0 + noise, 0.02, 25.0)
     k = int(np.argmin(np.abs(f - 5.0)))
     assert amplitude[k] == pytest.approx(3.0, rel=0.01)
     assert int(np.argmax(ratios)) == k

@@ -63,6 +63,21 @@ def test_motions_at_frequencies_of_their_own_are_no_hum():
     assert line.p_value > 0.001
 
 
+def irregular_sea(seed, peak, count=6):
+    """Recordings of 30 s of a torque with the spectrum of a growing sea (JONSWAP) and a little noise."""
+    rng, t = np.random.default_rng(seed), 0.02 * np.arange(1500)
+    f = np.linspace(0.4, 5.0, 600)
+    density = f**-5.0 * np.exp(-1.25 * (peak / f) ** 4) * 3.3 ** np.exp(-((f / peak - 1) ** 2) / (2 * 0.08**2))
+    sizes = np.sqrt(2 * density / density.sum())
+    seas = [sizes @ np.sin(2 * np.pi * np.outer(f, t) + rng.uniform(0, 2 * np.pi, (len(f), 1))) for _ in range(count)]
+    return [Residual(f"run{k}", (sea + 0.05 * rng.standard_normal(len(t)))[:, None], {}, 0.02) for k, sea in enumerate(seas)]
+
+
+def test_the_peak_of_an_irregular_sea_is_no_line():
+    lines = [strongest(irregular_sea(seed, peak), 0) for seed in range(12) for peak in (1.0, 1.2)]
+    assert sum(line is not None and line.material for line in lines) <= 1
+
+
 def test_too_few_or_too_short_recordings_tell_nothing():
     assert strongest(recordings(3, count=3), 0) is None
     short = [Residual("a", np.zeros((30, 1)), {}, 0.01)] * 8
