@@ -44,6 +44,7 @@ class Effect(ParametricTerm):
     acts: ClassVar[str]
     needs_water: ClassVar[bool] = False
     fewest_links: ClassVar[int] = 1
+    driven: ClassVar[bool] = True  # also tried where a drive moves the arm
     per_recording: ClassVar[bool] = False  # its linear values hold within one recording only: a phase of its own
     general: ClassVar[bool] = False  # the form of its family that no other effect covers: those must stand clear of it
     cause: ClassVar[str] = ""  # laws of one cause exclude each other at a joint; of a family where the card names no other
@@ -104,7 +105,7 @@ class Effect(ParametricTerm):
         return True
 
     def narrowest(self) -> float:
-        """Return the narrowest range of the joint's angles, rad, that shows the effect: one period of what is periodic; 0 by default."""
+        """Return the narrowest range of the joint's angles, rad, that shows the effect: two periods of what is periodic; 0 by default."""
         return 0.0
 
     def slowest(self) -> float:

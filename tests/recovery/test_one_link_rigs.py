@@ -144,3 +144,29 @@ def test_a_drag_crisis_is_named_of_tows_with_its_reynolds_number(tmp_path):
     told = found.findings[0].parameters
     assert told["critical"].value == pytest.approx(10**5.1, rel=0.03)
     assert told["drop"].value == pytest.approx(0.62, rel=0.1)
+
+
+@pytest.mark.slow
+def test_a_hull_that_softens_as_it_heels_is_named_with_its_damping(tmp_path):
+    """Free decays of a model whose righting moment is m g GM sin x (1 - 2 x^2), damped in proportion to its rate and to its square."""
+    mass, height, inertia = 60.0, 0.02, 2.2  # kg, m, kg m^2 with the water's
+    link = {"length_m": 0.3, "diameter_m": 0.1, "mass_kg": mass, "com_m": height, "inertia_kg_m2": 1.9, "known_to": 0.2}
+    (tmp_path / "arm.yaml").write_text(yaml.safe_dump({
+        "schema": "nnhydro/arm/1", "name": "a hull", "gravity_m_s2": 9.81, "links": [link],
+        "fluid": {"density_kg_m3": 1000.0, "kinematic_viscosity_m2_s": 1.0e-6}}))
+    (tmp_path / "recordings").mkdir()
+    rng, t = np.random.default_rng(3), np.arange(0, 25, 0.02)
+
+    def rolls(t, y):
+        return [y[1], -(mass * 9.81 * height * np.sin(y[0]) * (1 - 2 * y[0] ** 2) + (0.2 + 0.5 * abs(y[1])) * y[1]) / inertia]
+
+    for k, heel in enumerate((20, 15, 25, 10, 18)):
+        x = solve_ivp(rolls, (0, 25), [np.radians(heel), 0], t_eval=t, rtol=1e-9, atol=1e-10).y[0]
+        x = x + np.radians(0.02) * rng.standard_normal(len(t))
+        pd.DataFrame({"t_s": t, "q1_rad": x - np.pi / 2, "tau1_Nm": 0 * t}).to_csv(tmp_path / "recordings" / f"decay{k}.csv", index=False)
+    found = nnhydro.diagnose(tmp_path)
+    righting, damping = found.findings
+    assert righting.effect == "righting_moment", found.verdict()
+    assert righting.parameters["cubic"].value == pytest.approx(-2 * mass * 9.81 * height, rel=0.1)
+    assert "viscous_friction" in damping.equivalence_set, found.verdict()
+    assert found.result.proof.after < 0.02 * found.result.proof.before

@@ -18,7 +18,8 @@ A member k of the best set S is claimed if it passes six tests.
 
 Members that fail leave the set, and the others are judged again: first the one least probably in the catalogue, then the one that gains
 least. A member dismissed as the form of another leaves last, and is judged again when that other fails. The set with the higher score is
-claimed where a member that fails could also stay: without those that share what it explains, or because claims fall with it.
+claimed where a member that fails could also stay: without those that share what it explains, or because claims fall with it. So a member
+that gains little beside others is judged again without those of them that fail.
 """
 
 from collections.abc import Set
@@ -131,7 +132,11 @@ def decide(search: Search, best: ScoredSet, seed: int, as_form: frozenset[int] =
         rival = (best, exact | {worst}) if fallen else None
     else:
         made = decide(search, search.score(sorted({*rests[worst].chosen, *as_form})), seed, frozenset(), exact, known)
-        sharing = _sharing(search, best, worst) if judged[worst].reason == IMPROBABLE else set()
+        sharing = _sharing(search, best, worst)
+        if judged[worst].reason == IMPROBABLE:
+            sharing = {m for m in sharing if search.gain(rests[m], best) < search.gain(rests[worst], best)}
+        else:
+            sharing = sharing - {*made.claimed.chosen} if search.gain(rests[worst], best) <= chance else set()
         rival = (_without(search, best, sharing), exact) if sharing else None
     if rival:
         other = decide(search, rival[0], seed, as_form, rival[1], known)
@@ -148,14 +153,13 @@ def _without(search: Search, found: ScoredSet, members: Set[int]) -> ScoredSet:
 
 
 def _sharing(search: Search, now: ScoredSet, k: int) -> set[int]:
-    """Return the members that gain less than member `k`, and more without it: they explain a part of what it does."""
+    """Return the members that gain more without member `k`: they explain a part of what it does."""
     def gain(m: int, found: ScoredSet) -> float:
         """Return the gain of member `m` of a set."""
         return search.gain(_without(search, found, {m}), found)
 
     rest = _without(search, now, {k})
-    gains = {m: gain(m, now) for m in now.chosen}
-    return {m for m in rest.chosen if gains[m] < gains[k] and gain(m, rest) > gains[m] + LEAST_GAIN}
+    return {m for m in rest.chosen if gain(m, rest) > gain(m, now) + LEAST_GAIN}
 
 
 def gain_on_unseen(by_fold: Array) -> float:

@@ -147,11 +147,11 @@ def enumerate_hypotheses(arm: Arm, peaks: tuple[float, ...], without: Sequence[s
 
     `ranges` (joints,) rad are the joints' ranges of angle: what is periodic shows in one period at least. `means` are their
     mean angles, about which laws of the angle are written, `rates` their rms rates, rad/s, `slowest` their lowest. Where the arm is not
-    `driven`, no effect that acts on a drive or its sensor can show: these are left out.
+    `driven`, no effect that acts on a drive or its sensor can show: these are left out. Some are of free bodies alone.
     """
     made: list[Hypothesis] = []
     for cls in catalogue().values():
-        if cls.id in without or (not driven and issubclass(cls, InstrumentEffect) and cls.stage > 0):
+        if cls.id in without or (driven and not cls.driven) or (not driven and issubclass(cls, InstrumentEffect) and cls.stage > 0):
             continue
         scaled = {name: tuple(share * max(peaks) for share in grid) if name in cls.torque_scaled else grid
                   for name, grid in cls.grids().items()}

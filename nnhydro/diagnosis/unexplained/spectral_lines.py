@@ -24,7 +24,7 @@ from nnhydro.recordings.filtering.periodogram import hann, hann_power
 Array = NDArray[np.float64]
 LOWEST = 1.0  # Hz: below it lie the motions and what slowly drifts
 AROUND, WIDTH = 12, 2  # ordinates on either side that make the background, and those next to the line that do not
-BESIDE = (-WIDTH - 3, -WIDTH - 1, WIDTH + 1, WIDTH + 3)  # ordinates where a line is over, nearly independent under the window
+ADJACENT = (-WIDTH - 3, -WIDTH - 1, WIDTH + 1, WIDTH + 3)  # ordinates where a line is over, nearly independent under the window
 WELL_INSIDE = 0.95  # of the band's edge: next to it the cut leaks
 TREND = 3  # degree of the trend of the logarithms
 HEAVY = 1.4  # a background from so few ordinates makes the ratios' tails heavier than exponential: by so much, measured on noise
@@ -84,7 +84,7 @@ def _trend(records: Sequence[tuple[Array, float]], highest: float) -> Callable[[
 
 
 def _ratios(x: Array, dt: float, highest: float, trend: Callable[[Array], Array] = np.ones_like) -> tuple[Array, Array, Array, Array]:
-    """Frequencies (k,) Hz up to `highest`, ordinates over their background, the same beside each, N m of lines that would make them."""
+    """Frequencies (k,) Hz up to `highest`, ordinates over their background, the same next to each, N m of lines that would make them."""
     f, power = hann_power(x - x.mean(), dt, zero_ends=False)
     inside = max(int(np.searchsorted(f, highest, side="right")), AROUND + 1)
     f, power = f[:inside], power[:inside]
@@ -92,9 +92,9 @@ def _ratios(x: Array, dt: float, highest: float, trend: Callable[[Array], Array]
     padded, ended = np.pad(flat, AROUND, mode="reflect"), np.pad(flat, AROUND, constant_values=np.nan)
     around = np.stack([padded[AROUND + k:AROUND + k + len(power)] for k in range(-AROUND, AROUND + 1) if abs(k) > WIDTH])
     background = np.maximum(np.median(around, axis=0) / np.log(2), 1e-300)
-    beside = np.nanmean([ended[AROUND + k:AROUND + k + len(power)] for k in BESIDE], axis=0)
+    adjacent = np.nanmean([ended[AROUND + k:AROUND + k + len(power)] for k in ADJACENT], axis=0)
     amplitude: Array = 2 * np.sqrt(power) / hann(len(x), zero_ends=False).sum()
-    return f, flat / background, beside / background, amplitude
+    return f, flat / background, adjacent / background, amplitude
 
 
 def _moves(parts: Sequence[Residual], grid: Array, highest: float) -> NDArray[np.bool_]:
@@ -135,12 +135,12 @@ def strongest(parts: Sequence[Residual], joint: int, edge: float = np.inf, flat:
     longest = max(len(part.r) * part.dt for part in used)
     grid = np.arange(LOWEST, highest, 1 / longest)
     at = [np.interp(grid, f, ratio) for f, ratio, *_ in whitened]
-    S, B = np.sum(at, axis=0), np.sum([np.interp(grid, f, beside) for f, _, beside, _ in whitened], axis=0)
+    S, B = np.sum(at, axis=0), np.sum([np.interp(grid, f, adjacent) for f, _, adjacent, _ in whitened], axis=0)
     shared = (np.max(at, axis=0) <= MOST * S) & ~_moves(used, grid, highest)
     if not shared.any():
         return None
     n = len(used)
-    p = np.where(shared, np.maximum(gammaincc(n, S / HEAVY), fdtrc(2 * n, 2 * n * len(BESIDE), S / np.maximum(B, 1e-300))), 1.0)
+    p = np.where(shared, np.maximum(gammaincc(n, S / HEAVY), fdtrc(2 * n, 2 * n * len(ADJACENT), S / np.maximum(B, 1e-300))), 1.0)
     best = int(np.lexsort((-S, p))[0])
     amplitude = float(np.median([np.interp(grid[best], f, a) for f, *_, a in spectra]))
     energy = float(np.mean(np.concatenate([part.r[:, joint] for part in used]) ** 2))

@@ -46,8 +46,8 @@ class TorqueRipple(LoadEffect):
         return at_joint(torch.stack([torch.cos(angle), torch.sin(angle)], dim=1), self.joint, flow.arm.n_links)
 
     def narrowest(self) -> float:
-        """Return one period: in less a sine is a spring as well."""
-        return 2 * pi / self.periods[0]
+        """Return two periods: what does not come again may be a spring, or the righting moment of a hull."""
+        return 2 * 2 * pi / self.periods[0]
 
     def quantities(self) -> dict[str, Quantity]:
         """Return amplitude and number of periods."""

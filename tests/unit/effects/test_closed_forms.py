@@ -34,6 +34,16 @@ def test_a_spring_pulls_to_its_rest_angle():
     assert said == "A hose or cable pulls joint 2 towards 0.2 rad with a stiffness of 0.50 +- 0.06 N m/rad."
 
 
+def test_a_hull_is_upright_where_its_weight_hangs_whatever_turn_it_is_counted_in():
+    hull = made("righting_moment", arm(1), 1, cubic=(-2.0,), quintic=(0.5,))
+    x = np.array([-0.8, -0.1, 0.0, 0.3, 1.2])
+    for turn in (-2 * np.pi, 0.0, 2 * np.pi):
+        tau = hull.torque(Flow(arm(1), steady((x - np.pi / 2 + turn)[:, None])))[:, 0]
+        np.testing.assert_allclose(tau, -2.0 * x**3 + 0.5 * x**5, atol=1e-12)
+    assert "softens" in hull.statement()
+    assert "stiffens" in replace(hull, cubic=(2.0,)).statement()
+
+
 def bent(k, p, k2, k3):
     return made("umbilical_stiffness", arm(1), 1, stiffness=(k,), preload=(p,), quadratic=(k2,), cubic=(k3,))
 

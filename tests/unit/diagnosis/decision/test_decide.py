@@ -1,5 +1,6 @@
 """Search and decision on random columns: what is planted is claimed for a reason that is told, chance is not, bounds are kept."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -261,6 +262,21 @@ def test_what_may_be_the_form_of_another_is_judged_once_that_one_has_been(monkey
     assert alone.claimed.chosen == (0,), "all of the other may be the form of what can be predicted in no part"
     monkeypatch.setattr(deciding, "says_nothing", lambda search, now, k: k == 0)
     assert decide(one, both, 0).claimed.chosen == (1,)
+
+
+@pytest.mark.parametrize("fails", [0, 1])
+def test_of_two_laws_that_explain_the_same_the_one_that_is_possible_is_claimed(fails, monkeypatch):
+    """Each gains little beside the other: whichever leaves first, the impossible one must not take the other with it."""
+    of = design(0, groups=8, rows=30)
+    X = columns(of, len(LAWS))
+    X[..., 1] = X[..., 0] + 0.02 * X[..., 1]
+    of.y = of.y + 0.3 * (X[..., 0] + X[..., 1])
+    one = search(of, LAWS, X)
+    both = one.score((0, 1))
+    assert all(one.gain(one.score((k,)), both) < LEAST_GAIN for k in (0, 1))
+    possible = deciding.values_of
+    monkeypatch.setattr(deciding, "values_of", lambda search, now, k: replace(possible(search, now, k), bounded=k == fails))
+    assert decide(one, both, 0).claimed.chosen == (1 - fails,)
 
 
 def test_every_member_that_fails_is_told_with_the_first_test_that_it_fails():

@@ -61,7 +61,9 @@ def test_every_hypothesis_stands_between_its_neighbours_and_counts_the_values_tr
         for name, (low, high) in hypothesis.spans.items():
             value = getattr(hypothesis.effect, name)[0]
             assert low <= value <= high
-    assert {hypothesis.key[0] for hypothesis in made} == set(catalogue())
+    free = {id_ for id_, effect in catalogue().items() if not effect.driven}
+    assert {hypothesis.key[0] for hypothesis in made} == set(catalogue()) - free
+    assert {hypothesis.key[0] for hypothesis in enumerate_hypotheses(arm(2), PEAKS, driven=False)} >= free != set()
     assert {hypothesis.key[1] for hypothesis in made} <= {0, 1, 2}
 
 
