@@ -1,12 +1,13 @@
 """What the dry frictions of a joint share: a contact that may bend before it slips, and a step in proportion to the joint's rate."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Self
 
 from torch import Tensor
 
 from nnhydro.effects.effect import Effect, Values, parameter
-from nnhydro.effects.quantity import Quantity
+from nnhydro.effects.quantity import Interval, Quantity
 from nnhydro.physics.joints import DRY_WIDTH, MOST_BENDING, bent_sign, dry_width, require_bending
 from nnhydro.physics.motion import Motion
 
@@ -34,3 +35,8 @@ class DryContact(Effect):
     def bent(self) -> dict[str, Quantity]:
         """Return over how much of turning the contact bends; nothing where it does not."""
         return {"bending": Quantity(self.bending[0], "rad")} if any(self.bending) else {}
+
+    def statement(self, intervals: Mapping[str, Interval] | None = None, instead: Mapping[str, str] | None = None) -> str:
+        """Return the finding as one sentence; of a contact that may be rigid it says nothing of bending."""
+        rigid = "bending" in (intervals or {}) and (intervals or {})["bending"][0] <= 0
+        return Effect.statement(replace(self, bending=(0.0,)) if rigid else self, intervals, instead)

@@ -170,3 +170,27 @@ def test_a_hull_that_softens_as_it_heels_is_named_with_its_damping(tmp_path):
     assert righting.parameters["cubic"].value == pytest.approx(-2 * mass * 9.81 * height, rel=0.1)
     assert "viscous_friction" in damping.equivalence_set, found.verdict()
     assert found.result.proof.after < 0.02 * found.result.proof.before
+
+
+@pytest.mark.slow
+def test_the_stiffness_of_a_buoy_that_heaves_freely_is_found_relative_to_its_inertia(tmp_path):
+    """No torque, no weight: mass and added mass must not cancel each other, nor may a wake cancel them."""
+    mass, known = 42.0, {"length_m": 1.0, "diameter_m": 0.3, "mass_kg": 30.0, "com_m": 0.5, "inertia_kg_m2": 2.5, "known_to": 0.3}
+    (tmp_path / "arm.yaml").write_text(yaml.safe_dump({
+        "schema": "nnhydro/arm/1", "name": "a buoy", "joints": [{"type": "prismatic"}], "links": [known],
+        "fluid": {"density_kg_m3": 1000.0, "kinematic_viscosity_m2_s": 1.0e-6}}))
+    (tmp_path / "recordings").mkdir()
+    rng, t = np.random.default_rng(3), np.arange(0, 15, 0.02)
+
+    def heaves(t, y):
+        return [y[1], -(690.0 * y[0] + (12.0 + 25.0 * abs(y[1])) * y[1]) / mass]
+
+    for k, start in enumerate((0.1, 0.15, 0.08, 0.12)):
+        x = solve_ivp(heaves, (0, 15), [start, 0], t_eval=t, rtol=1e-9, atol=1e-10).y[0] + 1e-4 * rng.standard_normal(len(t))
+        pd.DataFrame({"t_s": t, "q1_m": x, "tau1_N": 0 * t}).to_csv(tmp_path / "recordings" / f"h{k}.csv", index=False)
+    found = nnhydro.diagnose(tmp_path)
+    assert [f.effect for f in found.findings] == ["umbilical_stiffness"], found.verdict()
+    told = found.findings[0].parameters["stiffness"]
+    inertia = 30.0 + 1000 * np.pi / 4 * 0.3**2 * 0.8  # kg with the added mass that the model starts from
+    assert told.value == pytest.approx(690.0 * inertia / mass, rel=0.05)
+    assert 0 < told.ci95[0] < 690.0 < told.ci95[1]

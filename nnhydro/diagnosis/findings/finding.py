@@ -23,7 +23,7 @@ from nnhydro.diagnosis.problem.hypothesis import AnyEffect
 from nnhydro.diagnosis.search.scored_set import ScoredSet
 from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.diagnosis.search.tangents import Tangents, tangents_of
-from nnhydro.diagnosis.search.values import quantity_intervals, values_of
+from nnhydro.diagnosis.search.values import intervals_of_scale, quantity_intervals, values_of
 from nnhydro.effects.catalogue import catalogue
 from nnhydro.effects.effect import LoadEffect
 from nnhydro.sheet import ResultView, Sheet
@@ -139,15 +139,15 @@ def _finding(search: Search, found: ScoredSet, k: int, tangents: Tangents | None
     """Return the finding of member `k`; nonlinear values change the torque of the set along `tangents`."""
     h = search.view.library.hypotheses[k]
     values = values_of(search, found, k, tangents)
-    if isinstance(h.effect, LoadEffect):
-        values = values.with_scale_known_to(search.view.library.design.scale_spread)
+    scale_spread = search.view.library.design.scale_spread if isinstance(h.effect, LoadEffect) else 0.0
     values.covariance[: h.width, : h.width] += spread_by_baseline(search, found, k)
     effect = h.with_values(torch.from_numpy(values.mean.copy()))
     linear = len(effect.linear_names())
     offset = float(values.mean[linear]) if h.width > linear else 0.0
     shown = [*range(linear), *range(h.width, len(values.covariance))]
     values = replace(values, mean=values.mean[:linear], covariance=values.covariance[np.ix_(shown, shown)])
-    spans = quantity_intervals(effect, values)
+    spans = intervals_of_scale(effect, quantity_intervals(effect, values), scale_spread)
+    values = values.with_scale_known_to(scale_spread)
     text = search.view.library.design.problem.arm.text  # a linear axis reads m and N
     parameters = {name: Parameter(quantity.value, text(quantity.unit), spans[name]) for name, quantity in effect.quantities().items()
                   if name in spans}

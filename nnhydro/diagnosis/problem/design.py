@@ -73,17 +73,25 @@ class Design:
         M the model's torque. Else a load that lifts the weight would leave no torque at all to explain.
         """
         made = self.rows(lambda stretch: columns_on(hypotheses, model, stretch, predicted))
-        return made - (self.tau - self.y)[..., None] * self.weight_shares(hypotheses, model) if self.undriven else made
+        return made - (self.tau - self.y)[..., None] * self.shares_of_model(hypotheses, model) if self.undriven else made
 
-    def weight_shares(self, hypotheses: Sequence[Hypothesis], model: StripTheory | None = None) -> Array:
-        """Return how much of the weight the columns of `hypotheses` hold, (K,): of the torque that they have at rest. 0 where it is driven.
+    def shares_of_model(self, hypotheses: Sequence[Hypothesis], model: StripTheory | None = None) -> Array:
+        """Return how much of the model's largest part the columns of `hypotheses` hold, (K,); 0 where the machine is driven.
 
-        What hangs on rates or accelerations resembles the weight where nothing is driven, but lifts nothing.
+        Where that is the weight, it counts what they hold at rest: what depends on rates or accelerations resembles the weight where
+        nothing is driven, but lifts nothing. Where it is the inertia, what depends on accelerations counts.
         """
-        if not (self.undriven and self.heavy):
+        if not self.undriven:
             return np.zeros(sum(hypothesis.width for hypothesis in hypotheses))
         known = model or self.baseline.at(np.zeros(self.Y.shape[2]))
-        return shares_of_largest(self, self.rows(lambda stretch: columns_on(hypotheses, known, stretch.at_rest(), True)))
+
+        def on(stretch: Stretch) -> Array:
+            """Return the columns on a stretch, predicted."""
+            return columns_on(hypotheses, known, stretch, True)
+
+        if self.heavy:
+            return shares_of_largest(self, self.rows(lambda stretch: on(stretch.at_rest())))
+        return shares_of_largest(self, self.rows(lambda stretch: on(stretch) - on(stretch.unaccelerated())))
 
     @cached_property
     def scale(self) -> Array:

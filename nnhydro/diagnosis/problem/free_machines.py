@@ -1,8 +1,9 @@
 """Machines that nothing drives: a free pendulum, a rolling ship. Their equation of motion M + sum_k X_k beta_k = 0 holds up to a factor.
 
 Only the masses set the scale of all torques. The model's largest part w, weight or inertia, is held fixed: the baseline's parameters
-vary only in directions that do not change it. If w is the weight, laws have columns X' = X - a M, where a is the share of w in the torque
-of X at rest. Otherwise a load that lifts the weight would leave no torque to explain.
+vary only in directions that do not change it, added mass with the masses if w is the inertia. Laws have columns X' = X - a M, where a is
+the share of w in the torque of X: at rest if w is the weight, by the accelerations alone if it is the inertia. Otherwise a load that
+lifts the weight, or an added mass that cancels the masses, would leave no torque to explain.
 
     M + sum_k X'_k b_k = kappa (M + sum_k X_k b_k / kappa),     kappa = 1 - sum_k a_k b_k
 """
@@ -31,7 +32,7 @@ def shares_of_largest(design: "Design", columns: Array) -> Array:
 
 
 def scale_factor(shares: Array, values: Array) -> float:
-    """Return kappa of columns X' whose shares of the weight are a (K,) at the values b (K,): values over it are the machine's."""
+    """Return kappa of columns X' whose shares of w are a (K,) at the values b (K,): values over it are the machine's."""
     return max(float(1.0 - shares @ values), LEAST)
 
 
@@ -53,4 +54,4 @@ def scale_direction(design: "Design") -> Array:
     r = rows.shape[2] - 1
     a: Array = rows[..., :r].reshape(-1, r).T @ rows[..., r].ravel()
     rigid = np.array([bool(np.any(column[: 3 * arm.n_links])) for column in base.prior.F.T], dtype=bool)
-    return np.where(rigid, a, 0.0)
+    return np.where(rigid, a, 0.0) if design.heavy else a

@@ -52,6 +52,10 @@ class Stretch:
         """What the sensors see of the stretch where a model is the truth: computed once for all rounds of the search."""
         return Memo()
 
+    def unaccelerated(self) -> "Stretch":
+        """Return the stretch as if the arm kept each of its rates."""
+        return replace(self, segment=replace(self.segment, qdd=0 * self.segment.qdd, other_qdd=None))
+
     def at_rest(self) -> "Stretch":
         """Return the stretch as if the arm rested at each of its angles, in water at rest."""
         s = self.segment

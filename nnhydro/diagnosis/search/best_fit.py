@@ -78,14 +78,14 @@ def fit_at(search: Search, found: ScoredSet, v: Array) -> BestFit:
     whitened = WhiteRows(old.design, old.unknown, v)
     X = search.view.join(found.chosen)
     columns = None if X is None else Columns.of(whitened, whitened.weigh(X.Xw / old.sw[..., None]))
-    return BestFit.of(whitened, columns, _weight_shares(search, found))
+    return BestFit.of(whitened, columns, _shares_of_model(search, found))
 
 
-def _weight_shares(search: Search, found: ScoredSet) -> Array:
-    """The shares of the weight (k,) that the scaled columns of a set hold; a phase of each recording's own carries none."""
+def _shares_of_model(search: Search, found: ScoredSet) -> Array:
+    """The shares of the model (k,) that the scaled columns of a set hold; a phase of each recording's own carries none."""
     library = search.view.library
     parts = [np.zeros(search.view.columns(k).Xw.shape[2]) if library.hypotheses[k].per_recording or not library.design.undriven else
-             library.design.weight_shares([library.hypotheses[k]]) * library.scale[library.at(k)] for k in found.chosen]
+             library.design.shares_of_model([library.hypotheses[k]]) * library.scale[library.at(k)] for k in found.chosen]
     return np.concatenate([np.zeros(0), *parts])
 
 

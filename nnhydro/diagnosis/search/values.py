@@ -11,7 +11,8 @@ of a smooth error of the model's form, which is the same in every recording and 
 
     C -> C + H^-1 D'W Phi T^2 Phi'W D H^-1,     T: an unknown of BASELINE_FORM of the torque and of as much as it makes of the rest
 
-Where nothing is driven, loads are known relative to the masses: C -> C + s^2 beta beta',  s the relative uncertainty of the masses.
+Where nothing is driven, loads are known relative to the model's largest part: C -> C + s^2 beta beta',  s its relative uncertainty. The
+interval of a quantity q(beta) grows by what it changes at beta / f and beta f,  ln f = Z95 sqrt(ln(1 + s^2)): no scale is negative.
 
 Source: orthogonal discrepancy, Plumlee (2017), J. Am. Stat. Assoc. 112; Liang & Zeger (1986), Biometrika 73.
 """
@@ -24,6 +25,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from nnhydro.conventions import Z95
 from nnhydro.diagnosis.constants import BASELINE_FORM, FEW_NATS
 from nnhydro.diagnosis.model.evidence import Posterior
 from nnhydro.diagnosis.model.sizes import Sizes, without_unknown
@@ -151,6 +153,17 @@ def quantity_intervals(effect: AnyEffect, values: Values) -> dict[str, Interval]
         if high > least and low < most:
             found[name] = max(low, least), min(high, most)
     return found
+
+
+def intervals_of_scale(effect: AnyEffect, spans: Mapping[str, Interval], spread: float) -> dict[str, Interval]:
+    """Return the intervals `spans` of the quantities of `effect` where all loads are known to a factor of relative deviation `spread`."""
+    factor, values, here = float(np.exp(Z95 * np.sqrt(np.log1p(spread**2)))), effect.linear_values(), effect.quantities()
+    ends = [effect.with_linear(values * times).quantities() for times in (1 / factor, factor)]
+    made = {}
+    for name, (low, high) in spans.items():
+        value, (first, last) = here[name].value, sorted(end[name].value for end in ends)
+        made[name] = value - float(np.hypot(value - low, value - first)), value + float(np.hypot(high - value, last - value))
+    return made
 
 
 def says_nothing(search: Search, found: ScoredSet, k: int) -> bool:

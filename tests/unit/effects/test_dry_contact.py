@@ -1,5 +1,7 @@
 """What the dry frictions share: a contact that bends before it slips, and a step as wide as the joint is fast."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
@@ -60,3 +62,11 @@ def test_a_contact_that_bends_little_is_dry_friction_and_gives_back_no_more_than
     assert np.diff(work).min() < 0, "a little of what was bent comes back"
     still = np.flatnonzero(np.diff(qd) == 0)
     np.testing.assert_allclose(soft[still + 1], soft[still], err_msg="at rest it stays bent")
+
+
+@pytest.mark.parametrize("name", ["coulomb_friction", "stribeck_friction", "load_friction"])
+@pytest.mark.parametrize(("low", "told"), [(0.004, True), (0.0, False)])
+def test_a_contact_that_may_be_rigid_is_not_told_to_bend(name, low, told):
+    law = made(name, arm(1), 1, bending=(0.01,))
+    statement = law.statement({"bending": (low, 0.02)})
+    assert (statement == replace(law, bending=(0.0,)).statement()) != told

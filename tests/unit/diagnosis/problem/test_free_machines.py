@@ -40,7 +40,7 @@ def test_of_a_free_machine_that_alone_is_balanced_which_lifts_the_weight_at_rest
     """A rotor's torque runs like the weight's where nothing is driven, and lifts nothing; a tilt does; a spring in part."""
     design = of(hanging())
     laws = {h.key[0]: h for h in hypotheses_for(design)}
-    shares = {name: design.weight_shares([laws[name]])
+    shares = {name: design.shares_of_model([laws[name]])
               for name in ("rotor_inertia", "coulomb_friction", "viscous_friction", "buoyancy_tilt", "umbilical_stiffness")}
     for name in ("rotor_inertia", "coulomb_friction", "viscous_friction"):
         np.testing.assert_allclose(shares[name], 0, atol=1e-12, err_msg=name)
@@ -50,7 +50,7 @@ def test_of_a_free_machine_that_alone_is_balanced_which_lifts_the_weight_at_rest
     made, rotor = design.columns([laws["rotor_inertia"]], model), design.rows(lambda s: s.segment.qdd[..., None])
     np.testing.assert_allclose(made, rotor, atol=1e-9 * np.abs(rotor).max(), err_msg="its column stays as it is")
     driven = of(campaign(ARM, planted(ARM), count=4, noise=0.01))
-    assert not driven.weight_shares([laws["buoyancy_tilt"]]).any(), "torque tells the scale of what is driven"
+    assert not driven.shares_of_model([laws["buoyancy_tilt"]]).any(), "torque tells the scale of what is driven"
 
 
 def test_a_machine_that_coasts_has_the_inertia_that_is_stated_and_laws_as_they_are():
@@ -66,7 +66,12 @@ def test_a_machine_that_coasts_has_the_inertia_that_is_stated_and_laws_as_they_a
     assert not design.heavy
     laws = [h for h in hypotheses_for(design) if h.key[0] in ("tip_drag", "rotor_inertia", "coulomb_friction", "umbilical_stiffness")]
     assert len({h.key for h in laws}) == 4
-    assert not design.weight_shares(laws).any()
+    for law in laws:
+        inertial = law.key[0] == "rotor_inertia"
+        np.testing.assert_allclose(design.shares_of_model([law]), 0.1 if inertial else 0.0, rtol=1e-3, err_msg="a kg m^2 beside 10")
+    rotor = [law for law in laws if law.key[0] == "rotor_inertia"]
+    left = design.columns(rotor, design.baseline.at(np.zeros(design.Y.shape[2])))
+    assert np.abs(left).max() < 0.05 * np.abs(design.largest_part).max(), "no torque tells one inertia from another"
     part = design.part_rms
     inertia = np.sqrt((design.rows(lambda s: 10.0 * s.segment.qdd) ** 2).sum(axis=0) / design.time)
     np.testing.assert_allclose(part[:, 1], inertia, rtol=0.02, err_msg="of which the drag, as large in free motion, is no part")

@@ -67,7 +67,7 @@ def test_of_a_machine_that_nothing_drives_baseline_values_are_those_over_the_fac
     one = search(of, LAWS, X)
     driven = best_fit(one, one.score((0,)))
     assert driven.scale_factor == 1.0
-    of.undriven, of.weight_shares = True, lambda laws: np.full(len(laws), 0.4)
+    of.undriven, of.shares_of_model = True, lambda laws: np.full(len(laws), 0.4)
     free = fit_at(one, one.score((0,)), driven.whitened.v)
     law = free.posterior.mean[free.coefficients[2]]
     assert free.scale_factor == pytest.approx(1 - 0.4 * law), "two fifths of the law's torque lift the weight"

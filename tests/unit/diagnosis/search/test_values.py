@@ -13,7 +13,15 @@ from nnhydro.diagnosis.model.sizes import without_unknown
 from nnhydro.diagnosis.search import values
 from nnhydro.diagnosis.search.best_fit import best_fit, fit_at
 from nnhydro.diagnosis.search.stepwise import Search
-from nnhydro.diagnosis.search.values import Values, _pool, _variance_between, quantity_intervals, says_nothing, values_of
+from nnhydro.diagnosis.search.values import (
+    Values,
+    _pool,
+    _variance_between,
+    intervals_of_scale,
+    quantity_intervals,
+    says_nothing,
+    values_of,
+)
 from nnhydro.diagnosis.search.weighted_library import WeightedLibrary
 
 LAWS = tuple(law(f"law_{k}") for k in range(3))
@@ -225,10 +233,22 @@ def test_a_scale_known_to_a_tenth_moves_all_linear_values_together_and_no_other(
     np.testing.assert_allclose(values.covariance, [[0.05, -0.08, 0.0], [-0.08, 0.17, 0.0], [0.0, 0.0, 0.5]])
 
 
+@pytest.mark.parametrize("spread", [0.05, 2.0])
+def test_a_scale_known_to_a_factor_widens_an_interval_by_that_factor_and_leaves_angles_alone(spread):
+    """k (q - 0.3): the stiffness has the scale, the rest angle has none; however wide, the stiffness stays above 0."""
+    spring = made("umbilical_stiffness", arm(1), 1, stiffness=(2.0,), preload=(-0.6,), quadratic=(), cubic=())
+    spans = intervals_of_scale(spring, {"stiffness": (2.0, 2.0), "rest_angle": (0.2, 0.4)}, spread)
+    factor = np.exp(1.96 * np.sqrt(np.log1p(spread**2)))
+    assert spans["stiffness"] == pytest.approx((2.0 / factor, 2.0 * factor))
+    assert spans["rest_angle"] == pytest.approx((0.2, 0.4))
+    if spread < 0.1:
+        assert spans["stiffness"] == pytest.approx((2.0 - 1.96 * 2.0 * spread, 2.0 + 1.96 * 2.0 * spread), rel=0.02)
+
+
 def test_of_a_machine_that_nothing_drives_values_and_their_spread_are_those_over_the_factor_that_is_kept():
     driven, free = with_values(0.8, seed=3), with_values(0.8, seed=3)
     of = free.whitened.design
-    of.undriven, of.weight_shares = True, lambda laws: np.full(len(laws), 0.5)
+    of.undriven, of.shares_of_model = True, lambda laws: np.full(len(laws), 0.5)
     before, after = (found(machine) for machine in (driven, free))
     kept = best_fit(free, free.score((0,))).scale_factor
     assert abs(kept - 1.0) > 0.05
