@@ -59,7 +59,7 @@ def test_the_page_of_reliability_has_every_stored_count():
 
 
 def test_the_page_of_independent_arms_has_the_summaries_of_one_version():
-    documents = [results(f"independent_arms/results_{name}.json") for name in ("planted", "healthy-4000", "family-out")]
+    documents = [results(f"independent_arms/results_{name}.json") for name in ("planted", "healthy", "family-out")]
     assert len({document["versions"]["nnhydro"] for document in documents}) == 1
     for document in documents:
         for counted, share in document["summary"].items():
