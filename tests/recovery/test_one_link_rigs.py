@@ -124,7 +124,7 @@ def test_a_drag_crisis_that_other_drag_laws_resemble_on_the_grid_is_named_at_val
     found = nnhydro.diagnose(write(tmp_path / "crisis", "drag crisis"))
     assert [f.effect for f in found.findings] == ["reynolds_drag"], found.verdict()
     assert found.findings[0].parameters["critical"].value == pytest.approx(6e4, rel=0.05)
-    assert found.result.proof.after < 0.01
+    assert found.result.heldout.after < 0.01
 
 
 @pytest.mark.slow

@@ -38,10 +38,10 @@ from nnhydro.physics.threads import one_thread
 from nnhydro.recordings.campaign import Campaign
 
 Array = NDArray[np.float64]
-CHANCE, SIGMAS = 0.8, 0.84  # with which an effect of the stated size is found; standard deviations of a normal that it lies above its mean
-STARTS = (FIRST_SIZE, FIRST_SIZE / 10)  # of the unknown, from which its sizes are climbed
-ROUNDS = 4  # of size against what the unknown takes of it
-UNSEEN = 1e-6  # share of its energy below which a torque is the baseline's own
+CHANCE, SIGMAS = 0.8, 0.84  # chance of finding an effect of the stated size, and the same in standard deviations of a normal
+STARTS = (FIRST_SIZE, FIRST_SIZE / 10)  # sizes of the unknown from which its evidence is maximised
+ROUNDS = 4  # iterations between the size of an effect and what the unknown takes of it
+UNSEEN = 1e-6  # share of its energy that a torque keeps beside the baseline; with less it counts as recalibration
 
 
 @final
@@ -80,7 +80,7 @@ class Power:
 
     def document(self) -> dict[str, Any]:
         """Return what `nnhydro power --json` prints."""
-        rms = np.sqrt(self.noise.noise_variance.sum(axis=0) / self.design.time)
+        rms = np.sqrt(self.noise.noise_variance.sum(axis=0) / self.design.duration)
         return {"schema": "nnhydro/power/1", "baseline": self.design.baseline.name, "recordings": self.design.problem.groups,
                 "noise_Nm": rms.tolist(), "chance": CHANCE, "effects": [row.document() for row in self.rows]}
 
@@ -144,7 +144,7 @@ class Sizing:
         if left <= UNSEEN * max(whole, 1e-300):
             return row
         strength = strength_needed(self.threshold - library.log_prior(k), _occam(R), len(R))
-        moved = np.sqrt(((library.columns(k) @ d[: h.width]) ** 2).sum(axis=0) / library.design.time) / library.design.scale
+        moved = np.sqrt(((library.columns(k) @ d[: h.width]) ** 2).sum(axis=0) / library.design.duration) / library.design.scale
         relevant = relevant_share(library.design, self.view.whitened.v)
         size = max(strength / np.sqrt(left), relevant / max(float(moved.max()), 1e-300) + SIGMAS / np.sqrt(left))
         return self._limit_size(replace(row, visible=float(np.sqrt(min(left / whole, 1.0)))), size, left)

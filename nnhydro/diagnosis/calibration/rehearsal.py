@@ -19,10 +19,10 @@ from nnhydro.diagnosis.constants import LEAST_GAIN
 from nnhydro.diagnosis.findings.equivalence import EQUIVALENT_COSINE, rivals_of
 from nnhydro.diagnosis.findings.finding import Finding
 from nnhydro.diagnosis.problem.hypothesis import Key
-from nnhydro.diagnosis.search.scored_set import ScoredSet, without_member
+from nnhydro.diagnosis.search.scored_set import ScoredSet
 from nnhydro.diagnosis.search.stepwise import Search
 
-RIVALS = 2  # of each finding that are rehearsed in its place
+RIVALS = 2  # rivals of each finding that are injected in its place
 Rivals = dict[int, tuple[int, ...]]  # of each claimed hypothesis
 
 
@@ -40,7 +40,7 @@ def scenarios(search: Search, claimed: ScoredSet, rivals: Rivals) -> list[Scenar
     """Return what is rehearsed: the claims, and each of them replaced by its nearest rivals of another torque."""
     made = [Scenario(claimed, None, None)] if claimed.chosen else []
     for k, others in rivals.items():
-        made += [Scenario(search.score((*without_member(claimed.chosen, k), r)), k, r) for r in others[:RIVALS]]
+        made += [Scenario(search.score((*claimed.without(k), r)), k, r) for r in others[:RIVALS]]
     return made
 
 
@@ -48,7 +48,7 @@ def _true_members(search: Search, claimed: ScoredSet, rivals: Rivals) -> list[in
     """The hypotheses that stand in the drawn campaign of `search`: each claim, a rival of it, or nothing."""
     named = []
     for k, others in rivals.items():
-        rest = search.score(without_member(claimed.chosen, k))
+        rest = search.score(claimed.without(k))
         sets = [(search.score((*rest.chosen, member)), member) for member in (k, *others)]
         taking = [(s, member) for s, member in sets if search.admits(rest, s) and search.gain(rest, s) > LEAST_GAIN]
         if taking:

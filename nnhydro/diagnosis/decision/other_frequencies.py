@@ -16,7 +16,7 @@ from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.diagnosis.search.wave_frequencies import LOWEST, durations, explained_energy
 
 FREQUENCY = "frequency"
-PERIODS = (-4.0, -3.0, -2.5, -2.0, 2.0, 2.5, 3.0, 4.0)  # in a recording, by which the other frequencies differ
+PERIODS = (-4.0, -3.0, -2.5, -2.0, 2.0, 2.5, 3.0, 4.0)  # periods per recording by which the other frequencies differ from a wave's
 
 
 def share_elsewhere(search: Search, rest: ScoredSet, k: int) -> float:

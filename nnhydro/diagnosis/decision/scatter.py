@@ -15,7 +15,7 @@ from nnhydro.diagnosis.search.best_fit import BestFit, best_fit
 from nnhydro.diagnosis.search.linearisation import calibrated_with
 from nnhydro.diagnosis.search.scored_set import ScoredSet
 from nnhydro.diagnosis.search.stepwise import Search
-from nnhydro.diagnosis.search.values import units_of
+from nnhydro.diagnosis.search.values import excess_scatter, units_of
 from nnhydro.effects.effect import InstrumentEffect
 from nnhydro.effects.sensor_view import SensorView
 from nnhydro.fitting.linear.least_squares import ridge
@@ -24,7 +24,7 @@ from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.motion import Motion
 
 Array = NDArray[np.float64]
-FAINT = 1e-3  # of the energy of all parts: a part with less tells no size
+FAINT = 1e-3  # share of the energy of all parts; a fainter part tells no size
 
 
 def _torque(search: Search, found: ScoredSet, k: int) -> tuple[BestFit, NDArray[np.int64], Array]:
@@ -44,16 +44,17 @@ def scatter_between_recordings(search: Search, found: ScoredSet, k: int) -> floa
     if search.view.library.hypotheses[k].per_recording:
         return 0.0
     fit, _, torque = _torque(search, found, k)
-    energy, product = (np.bincount(units_of(search), (torque * other).sum(axis=1)) for other in (torque, fit.residual))
+    unit = units_of(search)
+    energy, product = (np.bincount(unit, (torque * other).sum(axis=1)).astype(float) for other in (torque, fit.residual))
     energy, product = energy[energy > 0], product[energy > 0]
-    excess = float(energy @ (product / energy - product.sum() / energy.sum()) ** 2) - (len(energy) - 1)
-    return float(np.sqrt(max(excess, 0.0) / energy.sum()))
+    return float(np.sqrt(max(excess_scatter(product / energy, energy), 0.0) / energy.sum()))
 
 
 def scatter_between_parts(search: Search, found: ScoredSet, k: int) -> float:
     """Return s of the member's size between inertia, drag, added mass and so on; 0 of an effect that does not change these alike.
 
-    Each part has its own size beside the baseline and the other members; u is what these cannot imitate.
+    Each part has its own size beside the baseline and the other members; u is what these cannot imitate. The last part also takes what
+    the faint parts left out, and the effect's curvature, leave of u: the parts sum to u.
     """
     h = search.view.library.hypotheses[k]
     if not (isinstance(h.effect, InstrumentEffect) and h.effect.additive) or h.per_recording or h.activity is not None:

@@ -33,8 +33,8 @@ from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.motion import Motion
 
 Array = NDArray[np.float64]
-SCATTER = 1.0  # nats^2: what two values more, fitted to chance alone, gain (half a chi-squared of two)
-PLANNED_HZ = 50.0  # rows a second at which planned motions are compared, at least: diagnosis never looks above 20 Hz
+SCATTER = 1.0  # nats^2: variance of the gain of two parameters fitted to noise alone (half a chi-squared of two)
+PLANNED_HZ = 50.0  # Hz: least row rate at which planned motions are compared; a diagnosis never looks above 20 Hz
 Members = tuple[int, ...]
 
 

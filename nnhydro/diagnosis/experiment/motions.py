@@ -17,9 +17,9 @@ from nnhydro.simulation.run import grid
 from nnhydro.simulation.sensors import channels
 
 Array = NDArray[np.float64]
-NARROW, WIDE = 0.3, 1.0  # shares of the limits between which motions are drawn
-SINES = 3
-DURATION_MARGIN = 2.0  # than what is usual on the rig: the most that a motion may last
+NARROW, WIDE = 0.3, 1.0  # shares of the limits between which the extents of motions are drawn
+SINES = 3  # sinusoids of a Fourier motion per joint
+DURATION_MARGIN = 2.0  # longest proposed motion, in usual durations on the rig
 
 
 @final

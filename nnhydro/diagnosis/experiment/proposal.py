@@ -23,11 +23,11 @@ from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.segment import Segment
 from nnhydro.runtime.files import write_text
 
-DRAWN, BETTERED = 60, 30  # motions tried at first, and in the neighbourhood of the best
-BEST = 5
-FEWEST, MOST = 3, 6  # times that a motion is to be recorded: what one recording shows no other one confirms
-TARGET_CHANCE = 0.9  # chance from which no further repeat is asked for
-POOR_CHANCE = 0.5  # chance below which a motion is called unlikely to settle anything
+DRAWN, BETTERED = 60, 30  # motions drawn at first, and in the neighbourhood of the best
+BEST = 5  # best motions whose neighbourhood is searched
+FEWEST, MOST = 3, 6  # fewest and most repeats of a proposed motion: no other recording confirms what a single one shows
+TARGET_CHANCE = 0.9  # chance of telling the causes apart from which no further repeat is asked for
+POOR_CHANCE = 0.5  # chance below which a motion is called unlikely to tell the causes apart
 
 
 @final

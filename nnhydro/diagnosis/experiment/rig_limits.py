@@ -17,8 +17,8 @@ from nnhydro.simulation.motions.motion_kind import State
 from nnhydro.simulation.recipe.per_joint import Magnitude
 
 Array = NDArray[np.float64]
-LONGEST = 60.0  # s, of a proposed motion
-TORQUE_MARGIN = 1.1  # of the largest torque measured: what a proposed motion may ask of drives whose limit nobody states
+LONGEST = 60.0  # s: longest proposed motion
+TORQUE_MARGIN = 1.1  # torque of a proposed motion over the largest measured one, if no limit of the drive is stated
 Span = tuple[float, float]
 Each = Magnitude | Annotated[tuple[Magnitude, ...], Field(min_length=1, max_length=10)]  # one number for all joints, or one a joint
 

@@ -15,7 +15,7 @@ from nnhydro.models.stated_terms import stated_values
 from nnhydro.physics.loads.rigid_body import RigidBody
 
 Array = NDArray[np.float64]
-MOST_LEFT = 1 / 3  # of the torque: where noise, or the best possible coefficients, leave more, nothing is said to be complete
+MOST_LEFT = 1 / 3  # share of the torque that the best physically possible coefficients may leave before they are called impossible
 
 
 def impossible_coefficients(design: Design) -> list[str]:

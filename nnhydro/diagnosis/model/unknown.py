@@ -24,12 +24,12 @@ from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.motion import Motion
 
 Array = NDArray[np.float64]
-COSINES = 6  # of one variable
-PAIRED = 2  # of each variable of a pair
-SLOWED = 0.3  # s: time over which rates are slowed, a memory that no state holds
+COSINES = 6  # cosines of one variable
+PAIRED = 2  # cosines of each variable of a pair
+SLOWED = 0.3  # s: time over which rates are averaged, a memory that no state holds
 CONSTANT = "constant"  # of steady tables
 PAIRS = "pairs of variables"
-RANGE = (0.5, 99.5)  # % of the data that span a variable's box
+RANGE = (0.5, 99.5)  # percentiles of the data that span the box of a variable
 
 
 @final

@@ -29,9 +29,8 @@ from nnhydro.models.strip_theory import StripTheory
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-RATIO = 1.6  # from band to band
-ROUNDS = 4
-LEAST = 1e-12  # of the torque's mean square: a computed torque without noise
+RATIO = 1.6  # ratio of the edges of successive bands
+LEAST = 1e-12  # least noise, in mean squares of the torque: a computed torque has none
 
 
 @final
@@ -182,8 +181,8 @@ def reestimate(design: Design, noise: Noise, whitened: WhiteRows, columns: Colum
     return Noise(bands, noise.group, S, sigma2, noise.form)
 
 
-FIRST_SIZE = 0.1  # of the unknown, from which its sizes are climbed
-NOISE_ROUNDS = 3
+FIRST_SIZE = 0.1  # size of the unknown from which its evidence is maximised
+NOISE_ROUNDS = 3  # iterations between the noise and the sizes of the unknown
 
 
 def calibrated_noise(design: Design, unknown: Unknown) -> tuple[Noise, WhiteRows, Sizes, StripTheory]:

@@ -31,7 +31,7 @@ from nnhydro.recordings.splitting import Unit
 
 Array = NDArray[np.float64]
 COLUMN = "column"
-WIDER = 3.0  # times the fit's prior deviation of 1: a rolling ship has a C_M of 10 by the cylinder's measure
+WIDER = 3.0  # prior deviations of added mass over those of a cylinder: a rolling ship has a C_M of 10
 
 
 @final

@@ -34,8 +34,8 @@ from nnhydro.recordings.filtering.preprocessing import Preparation
 from nnhydro.recordings.filtering.trajectory import NOISE_DRAWS
 
 Array = NDArray[np.float64]
-EXCITED = 0.99  # share of the inertia's torque below the quickest part of a motion, and above its slowest
-WAVE_PERIODS = 2.0  # at least, of a wave in the longest recording
+EXCITED = 0.99  # share of the inertia's torque between the slowest and the quickest part of a motion
+WAVE_PERIODS = 2.0  # fewest periods of a wave in the longest recording; with fewer it is a drift
 SMOOTHED = 7  # frequencies over which a variance is averaged
 
 
@@ -92,9 +92,9 @@ class Design:
         Nothing driven is resisted by the drag that the baseline has, too: an effect may be as large, however much of it drag can take.
         """
         if self.undriven:
-            measured = np.maximum(np.sqrt((self.excess**2).sum(axis=0) / self.time), self.resistance)
+            measured = np.maximum(np.sqrt((self.excess**2).sum(axis=0) / self.duration), self.resistance)
         else:
-            measured = np.sqrt((self.tau**2).sum(axis=0) / self.time)
+            measured = np.sqrt((self.tau**2).sum(axis=0) / self.duration)
         made: Array = np.maximum(measured, 1e-3 * max(float(measured.max()), 1e-12))
         return made
 
@@ -132,7 +132,7 @@ class Design:
         return ridge((self.Y / size[:, None]).reshape(n * joints, p), (self.y / size).ravel())
 
     @cached_property
-    def time(self) -> float:
+    def duration(self) -> float:
         """Duration of all rows, s, steady rows counted as 1: sums of squares over it are mean squares."""
         stretches = self.problem.stretches
         return float(sum((block.stop - block.start) * (1.0 if block.steady else stretches[block.stretch].segment.dt)
@@ -150,7 +150,7 @@ class Design:
             made: Array = (loads.torque(flow) - loads.torque(still)).numpy()
             return made
 
-        made: Array = np.sqrt((self.rows(by_rates) ** 2).sum(axis=0) / self.time)
+        made: Array = np.sqrt((self.rows(by_rates) ** 2).sum(axis=0) / self.duration)
         return made
 
     @cached_property
@@ -170,7 +170,7 @@ class Design:
     @cached_property
     def part_rms(self) -> Array:
         """The rms of the model's weight and of its inertia's torque, (joints, 2)."""
-        made: Array = np.sqrt((self._weight_and_inertia**2).sum(axis=0) / self.time)
+        made: Array = np.sqrt((self._weight_and_inertia**2).sum(axis=0) / self.duration)
         return made
 
     @property
@@ -223,7 +223,7 @@ class Design:
     @cached_property
     def undriven(self) -> bool:
         """Whether the measured torque is nothing beside the model's parts: a free pendulum, a rolling ship."""
-        measured = np.sqrt((self.tau**2).sum(axis=0) / self.time)
+        measured = np.sqrt((self.tau**2).sum(axis=0) / self.duration)
         return bool((measured < 1e-3 * self.part_scale).all())
 
 
@@ -232,7 +232,7 @@ def relevant_share(design: Design, squares: Array) -> float:
 
         min(RELEVANT, sqrt(FORM) min_j sqrt(sum_n squares_nj / time) / scale_j)
     """
-    left = np.sqrt(squares.sum(axis=0) / design.time) / np.maximum(design.scale, 1e-300)
+    left = np.sqrt(squares.sum(axis=0) / design.duration) / np.maximum(design.scale, 1e-300)
     return float(min(RELEVANT, FORM**0.5 * left.min()))
 
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from nnhydro.diagnosis.problem.design import Design
 
 Array = NDArray[np.float64]
-LEAST = 0.1  # of the model's scale: beyond, a law would carry the machine in the place of the model
+LEAST = 0.1  # least share of the weight that the model keeps beside a law: no law may carry the machine
 
 
 def shares_of_largest(design: "Design", columns: Array) -> Array:

@@ -21,7 +21,7 @@ from nnhydro.recordings.arm import Arm
 AnyEffect = LoadEffect | InstrumentEffect
 Span = tuple[float, float]
 Key = tuple[str, int]
-LONG_GRID, COUNTED_GRID = 9, 50  # values from which every second one is tried at first; longer grids count something (teeth)
+LONG_GRID, COUNTED_GRID = 9, 50  # lengths of a grid between which every second value is tried at first; longer ones count teeth
 
 
 @final

@@ -31,16 +31,16 @@ from nnhydro.diagnosis.problem.hypothesis import AnyEffect, Hypothesis, Key
 from nnhydro.diagnosis.problem.problem import Stretch
 from nnhydro.diagnosis.search.best_fit import remainder_without_unknown
 from nnhydro.diagnosis.search.library import Library
-from nnhydro.diagnosis.search.scored_set import ScoredSet, without_member
+from nnhydro.diagnosis.search.scored_set import ScoredSet
 from nnhydro.diagnosis.search.stepwise import FITTED_EXACTLY, GrownSearch, Search
 from nnhydro.diagnosis.search.weighted_library import WeightedLibrary
 from nnhydro.effects.effect import InstrumentEffect
 from nnhydro.models.strip_theory import StripTheory
 
 Array = NDArray[np.float64]
-BINS = 8  # of a joint's angle
+BINS = 8  # bins of a joint's angle
 IN_THE_DRIVE = 1  # stage of an instrument effect (effects/effect.py)
-CLEAR = 0.25  # amplitude, of the whole law's, below which a part is silent; above 1 less this it acts
+CLEAR = 0.25  # amplitude over that of the whole law, below which a part is silent; above 1 less this it acts
 
 
 def _products(search: Search, found: ScoredSet, k: int, parts: Array) -> tuple[Array, Array]:
@@ -49,7 +49,7 @@ def _products(search: Search, found: ScoredSet, k: int, parts: Array) -> tuple[A
     The unknown is left out: it could take the place of any part.
     """
     view = search.view
-    columns = view.join(without_member(found.chosen, k))
+    columns = view.join(found.without(k))
     fit = without_unknown(view.whitened, columns)
     Xw = view.whitened.weigh(parts)
     cross = view.whitened.cross(Xw)
@@ -209,7 +209,7 @@ def _may_be_confined(h: Hypothesis) -> bool:
 def _whole(search: Search, found: ScoredSet, k: int) -> ScoredSet:
     """Return `found` with the law of member `k` in the whole campaign."""
     hypotheses = search.view.library.hypotheses
-    h, rest = hypotheses[k], without_member(found.chosen, k)
+    h, rest = hypotheses[k], found.without(k)
     same = [i for i, other in enumerate(hypotheses)
             if other.activity is None and other.effect == h.effect and other.working_model is h.working_model]
     return search.score((*rest, *same[:1]))

@@ -23,7 +23,7 @@ from nnhydro.diagnosis.search.stepwise import Search
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-ROUNDS = 4
+ROUNDS = 4  # iterations of the weights
 
 
 @final

@@ -15,7 +15,7 @@ from nnhydro.diagnosis.problem.hypothesis import Hypothesis, Key
 from nnhydro.models.strip_theory import StripTheory
 
 Array = NDArray[np.float64]
-COLUMNS_AT_A_TIME = 128  # columns that are multiplied at a time: more would be held twice
+COLUMNS_AT_A_TIME = 128  # columns multiplied at a time, which bounds the memory
 
 
 @final
@@ -43,7 +43,7 @@ class Library:
 
         A column that moves no torque to speak of at any value within its physical bounds is empty: a wave along a link that is held.
         """
-        rms = np.sqrt(np.einsum("njk,njk->jk", X, X) / design.time) / np.maximum(design.scale, 1e-300)[:, None]
+        rms = np.sqrt(np.einsum("njk,njk->jk", X, X) / design.duration) / np.maximum(design.scale, 1e-300)[:, None]
         largest = rms.max(axis=0) if X.shape[2] else np.zeros(0)
         most = np.abs(_spans(hypotheses)).max(axis=1)
         felt = (largest > 0) & (largest * most > RELEVANT)

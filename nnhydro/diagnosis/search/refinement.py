@@ -15,8 +15,8 @@ from nnhydro.diagnosis.search.wave_frequencies import lines_at_peak
 from nnhydro.effects.effect import InstrumentEffect
 from nnhydro.models.strip_theory import StripTheory
 
-ROUNDS, PER_RECORDING_ROUNDS = 5, 5  # of finer values; of values that are each recording's own
-ONE_DEVIATION = 0.5  # nats: one standard deviation; a round that changes less is the last
+ROUNDS, PER_RECORDING_ROUNDS = 5, 5  # iterations of finer values, and of finer values for each recording
+ONE_DEVIATION = 0.5  # nats: one standard deviation; a round that gains less is the last
 
 
 def with_smallest_waves(search: Search, best: ScoredSet, model: StripTheory) -> GrownSearch:
@@ -29,7 +29,7 @@ def with_smallest_waves(search: Search, best: ScoredSet, model: StripTheory) -> 
         h = hypotheses[k]
         if not h.per_recording or h.values_by_recording or "direction" not in h.spans:
             continue
-        others, start = [x for x in best.chosen if x != k], len(hypotheses)
+        others, start = best.without(k), len(hypotheses)
         alike = [other for other in hypotheses if other.key == h.key and not other.values_by_recording]
         directions = {getattr(other.effect, "direction"): other.spans["direction"] for other in alike}  # noqa: B009
         turned = [h.with_nonlinear({"direction": direction}, {"direction": span}) for direction, span in directions.items()]
@@ -68,7 +68,7 @@ def _at_end(h: Hypothesis, name: str, end: float) -> Hypothesis:
 
 def _about_fit(search: Search, found: ScoredSet, k: int, laws: Sequence[Hypothesis], model: StripTheory, again: bool) -> list[Hypothesis]:
     """Return instrument `laws` in place of member `k`, their columns about its values; `again`: about those that fit each best, too."""
-    others, start = [x for x in found.chosen if x != k], len(search.view.library.hypotheses)
+    others, start = found.without(k), len(search.view.library.hypotheses)
     about = [hypothesis.linearised_at(scaled_values(search.view, found, k), model) for hypothesis in laws]
     if not again:
         return about
@@ -193,7 +193,7 @@ def _exchange(search: Search, best: ScoredSet, finer: Mapping[int, Sequence[Hypo
     following = extend_library(search, best, [h for hs in finer.values() for h in hs], model)
     now, peaks = following.score(best.chosen), dict[int, list[Hypothesis]]()
     for k, hs in finer.items():
-        h, rest = view.library.hypotheses[k], [x for x in now.chosen if x != k]
+        h, rest = view.library.hypotheses[k], now.without(k)
         sets = {start + i: following.score((*rest, start + i)) for i in range(len(hs))}
         start += len(hs)
         scored = [(o, scored.score) for o, scored in zip(hs, sets.values(), strict=True)]

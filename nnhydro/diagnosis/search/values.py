@@ -37,7 +37,7 @@ from nnhydro.fitting.linear.least_squares import ridge
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-FEWEST_UNITS = 6  # recordings from which their scatter is counted; of fewer that of blocks
+FEWEST_UNITS = 6  # fewest recordings whose scatter is measured; of fewer, that of blocks is
 
 
 @final
@@ -91,7 +91,7 @@ def _smooth_share(found: ScoredSet, fit: BestFit) -> float:
         Phi = whitened.Phi * t[at]
         scaled = Phi * whitened.sw[:, j:j + 1]
         smooth = Phi @ ridge(scaled, fit.residual[:, j])
-        share = max(share, float(np.sqrt((smooth**2).sum() / whitened.design.time) / whitened.design.scale[j]))
+        share = max(share, float(np.sqrt((smooth**2).sum() / whitened.design.duration) / whitened.design.scale[j]))
     return share
 
 
@@ -185,8 +185,12 @@ def _pool(beta: Array, covariance: Array) -> tuple[Array, Array]:
     return rms, J @ spread @ J.T
 
 
+def excess_scatter(sizes: Array, weights: Array) -> float:
+    """Return Cochran's Q of `sizes` (n,) less n - 1, its mean if they scatter as the inverse `weights` (n,) say."""
+    return float(weights @ (sizes - np.average(sizes, weights=weights)) ** 2) - (len(sizes) - 1)
+
+
 def _variance_between(sizes: Array, variances: Array) -> float:
     """Return by how much `sizes` (recordings,) vary beyond their own `variances`: the estimate by moments of DerSimonian and Laird."""
     w = 1.0 / np.maximum(variances, 1e-300)
-    excess = float(w @ (sizes - np.average(sizes, weights=w)) ** 2) - (len(sizes) - 1)
-    return max(excess / max(float(w.sum() - (w**2).sum() / w.sum()), 1e-300), 0.0) if len(sizes) > 1 else 0.0
+    return max(excess_scatter(sizes, w) / max(float(w.sum() - (w**2).sum() / w.sum()), 1e-300), 0.0) if len(sizes) > 1 else 0.0

@@ -19,7 +19,7 @@ from nnhydro.diagnosis.model.evidence import Columns, Posterior, WhiteRows, adde
 from nnhydro.diagnosis.search.library import COLUMNS_AT_A_TIME, Library, log_mass
 
 Array = NDArray[np.float64]
-PER_RECORDING_SCREENED = 40  # laws with values of each recording's own that are scored again after the first time
+PER_RECORDING_SCREENED = 40  # laws with values for each recording that are screened again after the first time
 
 
 class Alike(NamedTuple):

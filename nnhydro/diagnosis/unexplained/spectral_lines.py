@@ -21,14 +21,14 @@ from nnhydro.diagnosis.decision.heldout_errors import Residual
 from nnhydro.recordings.filtering.periodogram import hann, hann_power
 
 Array = NDArray[np.float64]
-LOWEST = 1.0  # Hz: below it lie the motions and what slowly drifts
-AROUND, WIDTH = 12, 2  # ordinates on either side that make the background, and those next to the line that do not
-WELL_INSIDE = 0.95  # of the band's edge: next to it the cut leaks
-TREND = 3  # degree of the trend of the logarithms
-HEAVY = 1.4  # a background from so few ordinates makes the ratios' tails heavier than exponential: by so much, measured on noise
-TESTS = 4  # of the mismatch in all: two of the search, and one a joint for lines; two joints are the rule
-MOST = 0.5  # share of S that one recording may hold: a line is in all of them
-FEWEST_ROWS, FEWEST = 64, 4  # rows of a recording, recordings
+LOWEST = 1.0  # Hz: lowest line; below lie the motions and slow drifts
+AROUND, WIDTH = 12, 2  # ordinates on either side that make the background; ordinates next to the line that do not
+WELL_INSIDE = 0.95  # highest line in edges of the band, next to which the cut leaks
+TREND = 3  # degree of the trend in logarithms
+HEAVY = 1.4  # heavier tail of the ratios than exponential, since few ordinates make the background: measured on noise
+TESTS = 4  # tests of the mismatch in all: two of the search, and one for lines at each of two joints
+MOST = 0.5  # largest share of a line in one recording: a line is in all of them
+FEWEST_ROWS, FEWEST = 64, 4  # fewest rows of a recording, and fewest recordings
 
 
 @final
