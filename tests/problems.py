@@ -130,7 +130,7 @@ def unknown_part(of, size):
 
 
 def written_out(view, chosen):
-    """The columns (n, joints, k) of the laws `chosen`: one set a recording where the values are each recording's own; None of none."""
+    """The columns (n, joints, k) of the laws `chosen`: one set per recording where the values are each recording's own; None of none."""
     made, group = [], view.library.design.problem.group_of
     for k in chosen:
         X = view.library.columns(k)
@@ -170,7 +170,7 @@ def evidences(one, chosen):
 
 
 def with_values(beta, seed=0, groups=8, rows=30, noise=1.0, laws=None, scale=1.0, joints=2):
-    """A search on a design in which the first law acts with `beta`, a number or one a recording, in the units of its effect."""
+    """A search on a design in which the first law acts with `beta`, a number or one per recording, in the units of its effect."""
     laws = laws or tuple(law(f"law_{k}") for k in range(3))
     of = design(seed, groups=groups, rows=rows, noise=noise, joints=joints)
     X = np.random.default_rng(seed + 50).standard_normal((*of.y.shape, sum(law.width for law in laws)))

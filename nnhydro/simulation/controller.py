@@ -53,7 +53,7 @@ def model_inside(name: str, arm: Arm, folder: Path | None) -> JointModel:
 
 
 class Controller(Settings):
-    """Gains (one, or one a joint), the largest torque, what is seen, and how often the controller acts (default: once a sample)."""
+    """Gains (one, or one per joint), the largest torque, what is seen, and how often the controller acts (default: once a sample)."""
 
     kind: Literal["pd", "pid", "computed_torque", "sliding_mode"]
     kp: PerJointMagnitude

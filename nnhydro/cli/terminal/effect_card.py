@@ -29,7 +29,7 @@ def _words(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) ->
 
 
 def print_list(effects: Sequence[type[Effect]]) -> None:
-    """Print one line an effect."""
+    """Print one line per effect."""
     rows = [(effect.id, effect.family, ACTS[effect.acts], effect.name, effect.signature.region) for effect in effects]
     _words(f"{len(effects)} effects that a simulation may omit", ("id", "family", "acts on", "name", "what it looks like"), rows)
     say("nnhydro effects ID explains one.")

@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 LONGEST = 60.0  # s: longest proposed motion
 TORQUE_MARGIN = 1.1  # torque of a proposed motion over the largest measured one, if no limit of the drive is stated
 Span = tuple[float, float]
-Each = Magnitude | Annotated[tuple[Magnitude, ...], Field(min_length=1, max_length=10)]  # one number for all joints, or one a joint
+Each = Magnitude | Annotated[tuple[Magnitude, ...], Field(min_length=1, max_length=10)]  # one number for all joints, or one per joint
 
 
 @final
@@ -46,7 +46,7 @@ class Limits(Settings):
             given = getattr(self, key)
             if isinstance(given, tuple):
                 require(len(given) == joints, f"{where}{key} lists {count_text(len(given), 'number')} for an arm of "
-                        f"{count_text(joints, 'joint')}: list one a joint, or give one number without brackets for all")
+                        f"{count_text(joints, 'joint')}: list one per joint, or give one number without brackets for all")
 
 
 def read_limits(path: Path) -> Limits:

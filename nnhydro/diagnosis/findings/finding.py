@@ -51,7 +51,7 @@ class Parameter:
 @final
 @dataclass(frozen=True, eq=False, repr=False)
 class Finding(ResultView):
-    """One effect that the baseline omits; its data frame has a row a parameter."""
+    """One effect that the baseline omits; its data frame has one row per parameter."""
 
     law: AnyEffect
     family: str | None  # None where the alternatives span families

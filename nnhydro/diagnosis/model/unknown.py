@@ -4,7 +4,7 @@
 
 c: state variables (angles, rates, accelerations, carriage speed, slowed rates, travel since the last reversal, model torques and their
 rates) and pairs of them; xi in [0, 1] is the mean of a variable's place in its range and of its rank, so that cosines vary where the data
-are. A cosine basis with falling weights is a Gaussian process in a box; one size tau for every variable and joint, one a joint for all
+are. A cosine basis with falling weights is a Gaussian process in a box; one size tau for every variable and joint, one per joint for all
 pairs, so that it is a friction only where it says so. It has no constant: the offset of a
 recording belongs to the noise of the lowest band, that of a table of steady runs to the laws. The noise of such a table is estimated beside
 a constant, or it would hold the offset.

@@ -1,4 +1,4 @@
-"""Noise: a common spectrum a joint, a scale a recording, and the model error of what is explained.
+"""Noise: a common spectrum per joint, one scale per recording, and the model error of what is explained.
 
     v_nj = sigma_gj^2 S_j(f) + (FORM^2 + (2 pi f LATE)^2) E_gj(band) + BASELINE_FORM^2 B_gj(band) + I_gj(f)       [(N m)^2 s]
 

@@ -99,7 +99,7 @@ class Baseline:
         return replace(self.physics, loads=self.physics.loads.with_linear(self.prior.mean + self.prior.F @ z))
 
     def recalibration(self, z: Array) -> dict[str, list[float]]:
-        """Return the coefficients of the water at `z` (r,), a value a link; beside a simulation, whose own are not known, their change."""
+        """Return the water's coefficients at `z` (r,), one value per link; of a simulation, whose values are unknown, their change."""
         made, start = self.at(z).loads.terms, self.at(np.zeros(len(z))).loads.terms
         pairs = (("cd", "normal_drag", "C_D"), ("cm", "added_mass", "C_M"))
         return {key: [value - (0.0 if self.is_physics else before) for value, before in

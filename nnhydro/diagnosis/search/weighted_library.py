@@ -87,7 +87,7 @@ class WeightedLibrary:
         return np.concatenate(made, axis=1) if made else np.zeros((rows.shape[2], 0))
 
     def columns(self, k: int) -> Columns:
-        """Return the columns of hypothesis `k`, one set a recording where its values are each recording's own."""
+        """Return the columns of hypothesis `k`, one set per recording where its values are each recording's own."""
         if k not in self._columns:
             X = self.library.columns(k)
             if self.library.hypotheses[k].per_recording:

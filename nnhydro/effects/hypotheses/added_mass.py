@@ -15,7 +15,7 @@ from nnhydro.physics.loads.added_mass import AddedMass
 @final
 @dataclass(frozen=True)
 class AddedMassEffect(LoadEffect):
-    """Added mass across each link, one coefficient a link."""
+    """Added mass across each link, one coefficient per link."""
 
     id = "added_mass"
     family = "inertia"

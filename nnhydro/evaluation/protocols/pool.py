@@ -14,7 +14,7 @@ from nnhydro.recordings.segment import Segment
 from nnhydro.recordings.splitting import Unit, steady_unit, units
 
 Array = NDArray[np.float64]
-RowValue = Callable[[Segment, Arm], Array]  # one value a row, (n,)
+RowValue = Callable[[Segment, Arm], Array]  # one value per row, (n,)
 
 
 def arm_name(campaign: Campaign, number: int) -> str:

@@ -13,8 +13,8 @@ from nnhydro.recordings.checks.reading import Reading
 from nnhydro.recordings.filtering.preprocessing import Preparation
 
 BLOCKS = 50  # a stretch is cut into so many: B scatters by a fifth
-LEAST = 5  # rows a block
-WHITE = 2.0  # B: with 20 rows a block, loads that make less than 5 % of the variance
+LEAST = 5  # rows per block
+WHITE = 2.0  # B: with 20 rows per block, loads that make less than 5 % of the variance
 ALIKE = 0.2  # correlation of neighbouring rows
 MOVED = 0.1  # rad: below it a joint may carry no load
 

@@ -86,7 +86,7 @@ def learning_curves(result: BenchmarkResult) -> "Figure":
 
 
 def reliability_figure(covered: Mapping[str, Mapping[str, float]]) -> "Figure":
-    """Draw the share of held-out torques inside the intervals against the share that they promise, a line a model.
+    """Draw the share of held-out torques inside the intervals against the share that they promise, one line per model.
 
     `covered` holds the share by the promised one in per cent, by model; on the diagonal a model's doubt is honest.
     """

@@ -27,7 +27,7 @@ SHADES = 64  # of the colour scale
 
 
 def map_figure(maps: Sequence[ResidualMap], stem: Path) -> list[Path]:
-    """Draw the residual maps over angle and rate: a row a joint, a column a model, one colour scale a joint."""
+    """Draw the residual maps over angle and rate: one row per joint, one column per model, one colour scale per joint."""
     from matplotlib import colormaps
 
     shown = [grid for grid in maps if grid.over == OVER]
