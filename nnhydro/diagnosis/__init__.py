@@ -10,7 +10,7 @@
     findings      equivalent effects, confidence, values with intervals, sentences
     calibration   the confidence by injection into these motions; what would be found
     unexplained   what no finding explains: on what it depends, spectral lines, recordings unlike others
-    experiment    the motion that most likely tells equivalent effects apart
+    experiment    the motion that most likely distinguishes equivalent effects
 
 `diagnose.diagnose` runs them in this order and writes baseline, corrected model and the errors of both on held-out recordings.
 """

@@ -6,7 +6,7 @@
 The left side is the gain in log evidence that four campaigns of five exceed: it scatters by lambda = sqrt(2 S), and chance adds half a nat
 for each of w values. What the unknown takes is had by fitting it to the campaign with the effect put in at that size. The threshold is that
 of the decision, LEAST_GAIN or chance in this campaign. Each linear parameter is taken alone, nonlinear ones at the values first tried; an
-amplitude whose phase is each recording's own is taken at even phases.
+amplitude with a phase per recording is taken at even phases.
 Source: power of a test by its noncentrality, Kay (1998), Fundamentals of Statistical Signal Processing II.
 """
 
@@ -71,7 +71,7 @@ class DetectableSize:
 @final
 @dataclass(frozen=True, eq=False)
 class Power:
-    """What can be revealed beside the baseline of `design`, calibrated as `model`, with its noise."""
+    """What can be revealed in addition to the baseline of `design`, calibrated as `model`, with its noise."""
 
     design: Design
     noise: Noise
@@ -192,7 +192,7 @@ class Sizing:
 
 
 def _typical(rows: Sequence[tuple[int, DetectableSize]]) -> tuple[int, DetectableSize]:
-    """The row of the middle size among the nonlinear values that are found at some size; of several laws that of the law found earliest."""
+    """The row with the median size of the nonlinear values that are found at some size; of several laws, the law found earliest."""
     laws: dict[int, list[tuple[int, DetectableSize]]] = {}
     for k, row in rows:
         laws.setdefault(row.hypothesis.width, []).append((k, row))
@@ -233,7 +233,7 @@ def _with_rivals(sizing: Sizing, rows: Sequence[tuple[int, DetectableSize]]) -> 
 @one_thread()
 def power(campaign: Campaign, baseline: str | None = None, seed: int = 0, cutoff_hz: float | None = None,
           without: Sequence[str] = (), progress: Callable[[str], None] = lambda line: None) -> Power:
-    """Return what the recordings of `campaign` would reveal beside `baseline`, an effect and parameter a row, the most alike rival with it.
+    """Return what `campaign` would reveal beside `baseline`: a row per effect and parameter, with the most similar rival.
 
     Raises ConfigError for an unknown baseline, CampaignError or RecordingError where the data cannot be used.
     """

@@ -2,8 +2,8 @@
 
     y = A m + e,  e ~ N(0, I)  on whitened rows, m the values of a scenario        confidence <= (hits + 1/2) / (hits + misnamed + 1)
 
-hits: draws of the finding that name it; misnamed: as many draws of a rival that name the finding all the same. A draw includes the
-unexplained residual. It is named by the score of the claimed set, of the set without the finding, and with each rival in its place.
+hits: draws of the finding that name it; misnamed: as many draws of a rival, counted if they name the finding nevertheless. A draw includes
+the unexplained residual. It is named by the score of the claimed set, of the set without the finding, and with each rival in its place.
 Causes outside the catalogue are not drawn: the confidence of the posterior, which knows the unexplained residual, stays the upper bound.
 Source: simulation-based calibration in the manner of Talts et al. (2018), arXiv:1804.06788; the ratio (Jeffreys' prior) is ours.
 """
@@ -29,7 +29,7 @@ Rivals = dict[int, tuple[int, ...]]  # of each claimed hypothesis
 @final
 @dataclass(frozen=True, eq=False)
 class Scenario:
-    """What is drawn: a fitted set; `instead` is the claimed hypothesis that a rival stands in for, None for the claims."""
+    """What is drawn: a fitted set; `instead` is the claimed hypothesis that a rival replaces, None for the claims."""
 
     planted: ScoredSet
     instead: int | None
@@ -37,7 +37,7 @@ class Scenario:
 
 
 def scenarios(search: Search, claimed: ScoredSet, rivals: Rivals) -> list[Scenario]:
-    """Return what is rehearsed: the claims, and each of them replaced by its nearest rivals of another torque."""
+    """Return what is rehearsed: the claims, and the claims with one of them replaced by its nearest rivals of another torque."""
     made = [Scenario(claimed, None, None)] if claimed.chosen else []
     for k, others in rivals.items():
         made += [Scenario(search.score((*claimed.without(k), r)), k, r) for r in others[:RIVALS]]
@@ -58,7 +58,7 @@ def _true_members(search: Search, claimed: ScoredSet, rivals: Rivals) -> list[in
 
 def rehearse(search: Search, claimed: ScoredSet, draws: int, seed: int,
              progress: Callable[[str], None] = lambda line: None) -> dict[str, Any]:
-    """Return what was planted and what was named, `draws` times a scenario, as diagnosis.json holds it."""
+    """Return what was injected and what was named, `draws` times per scenario, as diagnosis.json holds it."""
     others = {k: rivals_of(search, claimed, k)[1] for k in claimed.chosen}
     rivals = {k: tuple(rival.number for rival in found) for k, found in others.items()}
     unlike = {k: tuple(rival.number for rival in found if rival.cosine <= EQUIVALENT_COSINE) for k, found in others.items()}

@@ -4,8 +4,8 @@ A member k of the best set S is claimed if it passes six tests.
 
 1. Gain: its gain exceeds LEAST_GAIN, the gain of chance in this campaign, and the gain that an error in the form of a larger claim l makes:
        gain(S less k, S) > max(LEAST_GAIN, q99, max_l max(FORM, 1 - p_l)^2 gain_l),      p_l: predictable share of l's torque (its card)
-   If the card of l lists k as a possible confusion, FORM gain_l is asked, except of the standard terms of a joint. A law that takes as much
-   from the unknown as l, and leaves FORM of it at most, is exempt from both.
+   If the card of l lists k as a possible confusion, FORM gain_l is required, except of the standard terms of a joint. A law that takes as
+   much from the unknown as l, and leaves FORM of it at most, is exempt from both.
 2. Unknown: the law replaces the unknown as a true law does (search.stepwise.admits).
 3. Prediction: held-out recordings are predicted better. Without the recording that supports the law most, they are predicted worse by
    FORM of the gain at most: where many recordings show the same, the unknown predicts the others as well as a law.
@@ -157,7 +157,7 @@ def _sharing(search: Search, now: ScoredSet, k: int) -> set[int]:
 def gain_on_unseen(by_fold: Array) -> float:
     """Return the nats that the folds `by_fold` (folds,) gain without the best one, which may lose FORM of the whole gain.
 
-        sum_f g_f - max_f g_f + FORM sum_f g_f         where the sum is positive, the sum else
+        sum_f g_f - max_f g_f + FORM sum_f g_f         where the sum is positive, otherwise the sum
     """
     total = float(by_fold.sum())
     return total - float(by_fold.max()) + FORM * total if len(by_fold) > 2 and total > 0 else total

@@ -135,7 +135,7 @@ def measure_errors(search: Search, found: ScoredSet, model: StripTheory, seed: i
 
 
 def fitted_error(search: Search, found: ScoredSet, heldout: HeldoutErrors) -> float:
-    """Return the error of the set on all rows, fitted to all of them: what of the error held out is not for want of recordings."""
+    """Return the error of the set on all rows, fitted to all of them: the held-out error with any number of recordings."""
     fit = best_fit(search, found)
     left = _in_time(search.view.library.design, fit.residual / fit.whitened.sw)
     return float(sum(np.abs(x).sum() for x in left)) / max(heldout.torque * sum(x.size for x in left), 1e-300)

@@ -1,9 +1,9 @@
-"""Whether a cause has one size: in all recordings, and for all parts of the torque that a sensor changes alike.
+"""Whether a cause has one size: in all recordings, and for all parts of the torque that a sensor changes in the same way.
 
     s^2 = (nats that a size for each part gains, twice, less their number - 1) / |u|^2
 
-is the share of the energy of a member's whitened torque u = sum_g u_g that one size misses, beyond noise. A law in the place of another
-often needs one size in each recording, or lags the drag and not the inertia.
+is the share of the energy of a member's whitened torque u = sum_g u_g that one size misses, beyond noise. A wrong law often needs another
+size in each recording, or another one for drag than for inertia.
 """
 
 import numpy as np
@@ -39,7 +39,7 @@ def scatter_between_recordings(search: Search, found: ScoredSet, k: int) -> floa
 
         s^2 = (sum_g e_g (x_g - mean x)^2 - (G - 1)) / sum_g e_g,     x_g = u_g'r_g / e_g,  e_g = u_g'u_g
 
-    r is what the best fit leaves, g = 1 ... G the recordings. It is 0 of values of each recording's own.
+    r is what the best fit leaves, g = 1 ... G the recordings. It is 0 for values per recording.
     """
     if search.view.library.hypotheses[k].per_recording:
         return 0.0
@@ -51,7 +51,7 @@ def scatter_between_recordings(search: Search, found: ScoredSet, k: int) -> floa
 
 
 def scatter_between_parts(search: Search, found: ScoredSet, k: int) -> float:
-    """Return s of the member's size between inertia, drag, added mass and so on; 0 of an effect that does not change these alike.
+    """Return s of the member's size between inertia, drag, added mass and so on; 0 for an effect that changes these differently.
 
     Each part has its own size beside the baseline and the other members; u is what these cannot imitate. The last part also takes what
     the faint parts left out, and the effect's curvature, leave of u: the parts sum to u.

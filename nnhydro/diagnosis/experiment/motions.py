@@ -48,7 +48,7 @@ class CandidateMotion:
 
 
 def _carriage(rig: Rig, rng: np.random.Generator) -> dict[str, Any]:
-    """The carriage of a motion: at rest as often as not."""
+    """The carriage of a motion: at rest in half of the draws."""
     ramp = min(1.0, 0.2 * rig.seconds)
     speed = float(rng.choice([-1.0, 1.0]) * rng.uniform(NARROW, WIDE) * rig.u0) if rig.u0 > 0 and rng.random() < 0.5 else 0.0
     return {"carriage": {"u0_m_s": speed, "ramp_s": ramp, "start_s": 0.1}} if speed else {}

@@ -36,7 +36,7 @@ class Limits(Settings):
     _file: str = PrivateAttr(default="")  # that states them
 
     def check(self, joints: int) -> None:
-        """Raise ConfigError where the numbers and an arm of so many joints do not go together."""
+        """Raise ConfigError if the numbers do not fit an arm of so many joints."""
         where = f"{self._file}: " if self._file else "limits: "
         if self.q_rad is not None:
             require(len(self.q_rad) == joints, f"{where}q_rad has {count_text(len(self.q_rad), 'range')} for an arm of "

@@ -20,7 +20,7 @@ EQUIVALENT_SHARE = FORM / 2  # share of a finding's gain; an effect of equal tor
 @final
 @dataclass(frozen=True, eq=False)
 class Rival:
-    """An effect that could take a finding's place: nats behind it, its weight, whether the data cannot tell it from the finding."""
+    """An effect that could take a finding's place: nats behind it, its weight, whether the data cannot distinguish it from the finding."""
 
     number: int
     deficit: float
@@ -101,7 +101,7 @@ def _cosine(search: Search, found: ScoredSet, k: int, there: ScoredSet, other: i
 def _resembling(search: Search, base: ScoredSet, k: int) -> list[int]:
     """Return the best laws of the standard terms of its joint for which the card of member `k` may be taken, and the other way round.
 
-    Every joint has them: they are rivals however many special laws would gain more in its place.
+    Every joint has them: they are rivals even if many special laws would gain more.
     """
     hypotheses, taken = search.view.library.hypotheses, search.occupied_places(base.chosen)
     effect, laws = hypotheses[k].effect, dict[Key, list[int]]()

@@ -136,7 +136,7 @@ def findings_of(search: Search, found: ScoredSet) -> list[Finding]:
 
 
 def _finding(search: Search, found: ScoredSet, k: int, tangents: Tangents | None) -> Finding:
-    """Return the finding of member `k`; nonlinear values change the torque of the set along `tangents`."""
+    """Return the finding of member `k`; along `tangents`, nonlinear values change the torque of the set."""
     h = search.view.library.hypotheses[k]
     values = values_of(search, found, k, tangents)
     if isinstance(h.effect, LoadEffect):

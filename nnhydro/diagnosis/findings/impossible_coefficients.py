@@ -2,7 +2,7 @@
 
     theta_free = argmin |y - Y theta|^2,   theta_possible: the same within the physical bounds
 
-Told where |y - Y theta_possible| > MOST_LEFT |tau| and |y - Y theta_free| < MOST_LEFT^2 |tau|: possible coefficients leave much of the
+Reported where |y - Y theta_possible| > MOST_LEFT |tau| and |y - Y theta_free| < MOST_LEFT^2 |tau|: possible coefficients leave much of the
 torque, free ones little. Beside an omitted effect that hides in a coefficient of the wrong sign, possible ones leave less.
 """
 

@@ -36,7 +36,7 @@ LEAST = 1e-12  # least noise, in mean squares of the torque: a computed torque h
 @final
 @dataclass(frozen=True, eq=False)
 class Bands:
-    """The band `of` (n,) each row: the mean of a block is a band of its own, then edges in ratio `RATIO`; steady rows are the first.
+    """The band `of` (n,) each row: the mean of a block is the first band, followed by edges in ratio `RATIO`; steady rows are the first.
 
     Between the centres of bands the spectrum runs straight in the logarithms: row n lies `share` (n,) of the way from band `low` to `high`.
     """
@@ -112,7 +112,7 @@ def _cells(design: Design, bands: Bands, x: Array) -> Array:
 
 
 def white_noise(design: Design) -> Noise:
-    """Return white noise as large as what the baseline alone leaves, a joint, and the variance of the baseline's own form."""
+    """Return white noise as large as what the baseline alone leaves, per joint, and the variance of the baseline's form error."""
     bands = Bands.of_design(design)
     level = np.maximum((design.excess**2).mean(axis=0), LEAST * np.maximum(design.scale, 1e-150) ** 2)
     form = BASELINE_FORM**2 * _cells(design, bands, (design.tau - design.excess) ** 2) + design.input_variance

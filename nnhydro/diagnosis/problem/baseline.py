@@ -1,7 +1,7 @@
 """What the recordings are compared with: a physics model by name or from a file, any other model file, or the user's own column.
 
-Whatever it is, physics may be recalibrated beside it: the columns of a physics model stand next to every hypothesis. A simulation that is
-not physics of ours stays as it is, and these columns hold changes of it.
+In each case, physics may be recalibrated with it: the columns of a physics model stand next to every hypothesis. A simulation from outside
+stays as it is, and these columns hold changes of it.
 """
 
 from dataclasses import dataclass, replace

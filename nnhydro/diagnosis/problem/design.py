@@ -78,7 +78,7 @@ class Design:
     def weight_shares(self, hypotheses: Sequence[Hypothesis], model: StripTheory | None = None) -> Array:
         """Return how much of the weight the columns of `hypotheses` hold, (K,): of the torque that they have at rest. 0 where it is driven.
 
-        What hangs on rates or accelerations resembles the weight where nothing is driven, but lifts nothing.
+        Where nothing is driven, laws of rates or accelerations resemble the weight, but do not lift it.
         """
         if not (self.undriven and self.heavy):
             return np.zeros(sum(hypothesis.width for hypothesis in hypotheses))
@@ -175,7 +175,7 @@ class Design:
 
     @property
     def excited(self) -> tuple[float, float]:
-        """The frequencies, Hz, below and above which the share 1 - EXCITED of the inertia's torque lies, all joints alike."""
+        """The frequencies, Hz, below and above which the share 1 - EXCITED of the inertia's torque lies, all joints weighted equally."""
         power = (self._weight_and_inertia[..., 1] ** 2).sum(axis=0)
         shares = (self._weight_and_inertia[..., 1] ** 2 / np.maximum(power, 1e-300)).sum(axis=1)
         order = np.argsort(self.problem.frequency)
@@ -275,7 +275,7 @@ def hypotheses_for(design: Design, without: Sequence[str] = ()) -> tuple[Hypothe
     """Return every hypothesis that makes sense for the arm and the torques of `design`.
 
     What has a frequency has it within the band; what swings with the motion between the slowest and the quickest parts of the motion. With
-    a phase of its own in every recording, less than WAVE_PERIODS in the longest are a drift of any cause.
+    a phase per recording, fewer than WAVE_PERIODS in the longest are a drift of any cause.
     """
     measured = [np.abs(stretch.segment.tau).max(axis=0) for stretch in design.problem.stretches if stretch.segment.tau is not None]
     segments = [stretch.segment for stretch in design.problem.stretches]

@@ -36,7 +36,7 @@ def scale_factor(shares: Array, values: Array) -> float:
 
 
 def scale_direction(design: "Design") -> Array:
-    """Return how z (r,) changes the energy of the model's largest part, weight or inertia: where nothing is driven no torque tells it.
+    """Return how z (r,) changes the energy of the model's largest part, weight or inertia: if nothing is driven, no torque determines it.
 
         a = sum_n Y_n' tau_n,   Y, tau the part's columns and torque
     """

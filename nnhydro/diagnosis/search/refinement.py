@@ -20,9 +20,9 @@ ONE_DEVIATION = 0.5  # nats: one standard deviation; a round that gains less is 
 
 
 def with_smallest_waves(search: Search, best: ScoredSet, model: StripTheory) -> GrownSearch:
-    """Return `best` with what has a direction in the one, of those that fit alike, in which the water moves least.
+    """Return `best` with what has a direction in the one, of those that fit equally well, in which the water moves least.
 
-    Where a held link meets the part of a wave across it alone, a = a_n / |cos x| for all angles x alike has its mode at a_n.
+    Where a held link meets the part of a wave across it alone, a = a_n / |cos x| with equally likely angles x has its mode at a_n.
     """
     for k in best.chosen:
         hypotheses = search.view.library.hypotheses
@@ -108,7 +108,7 @@ def at_peak(h: Hypothesis, score: float, neighbours: Sequence[tuple[Hypothesis, 
 def refine(search: Search, best: ScoredSet, model: StripTheory, rounds: int = ROUNDS) -> GrownSearch:
     """Return the best set with finer values of its members: half-way between the values around the best, then where all have their peak.
 
-    What has values of each recording's own is then taken about these; at last all values move together to where they fit best.
+    What has values per recording is then taken about these; at last all values move together to where they fit best.
     """
     on_lines = lines_at_peak(search, best, model)
     search, best = on_lines.search, on_lines.best
@@ -172,7 +172,7 @@ def _same_shape(first: Hypothesis, other: Hypothesis) -> bool:
 
 
 def _relinearise_per_recording(search: Search, best: ScoredSet, model: StripTheory) -> GrownSearch:
-    """Return the best set with the columns of members that have values of each recording's own about these, by Newton's method."""
+    """Return the best set with the columns of members that have values per recording about these, by Newton's method."""
     found = now = GrownSearch(search, best)
     for _ in range(PER_RECORDING_ROUNDS):
         following = _about_values(now.search, now.best, model, per_recording=True)

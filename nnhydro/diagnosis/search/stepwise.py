@@ -138,9 +138,9 @@ class Search:
             (m - (n(now) - n(then))) / (m + gain),    m = min(n(now), (u'u - |u less what the unknown makes of it|^2) / 2)
 
         n(S): nats that the unknown gains beside S at the joints loaded; u: the torque of the laws. The gain is what the unknown cannot make
-        of it: of what clips, or has a phase of its own in every recording, that is most. In a part of the campaign, which was chosen for
-        its gain, it counts nothing. A standard term of a joint is asked for no more than its own, however large the unknown: that it is
-        there, and small, was probable before.
+        of it: for clipping, or a phase per recording, that is most of it. In a part of the campaign, which was chosen for
+        its gain, it counts nothing. A standard term of a joint need not explain more than its own torque, however large the unknown is:
+        that it is there, and small, was probable before.
         """
         more = sorted(set(then.chosen) - set(now.chosen))
         before, after = self.nats_of_unknown(now, more), self.nats_of_unknown(then, more)

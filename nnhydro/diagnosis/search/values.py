@@ -81,7 +81,7 @@ def _form(fit: BestFit, share: float, covariance: Array, at: Index) -> Array:
 
 
 def _smooth_share(found: ScoredSet, fit: BestFit) -> float:
-    """Return the share of the torque that the unknown makes of what `fit` leaves, 0 where it gains nothing to speak of beside `found`."""
+    """Return the share of the torque that the unknown makes of what `fit` leaves, 0 where it gains little beside `found`."""
     if found.unknown_nats <= FEW_NATS:
         return 0.0
     whitened, p, share = fit.whitened, fit.whitened.p, 0.0
@@ -151,7 +151,7 @@ def quantity_intervals(effect: AnyEffect, values: Values) -> dict[str, Interval]
 def says_nothing(search: Search, found: ScoredSet, k: int) -> bool:
     """Return whether member `k` has nonlinear values and the interval of each of its sizes holds 0.
 
-    A size is a quantity that is 0 where the linear values are: that a wall lies in some direction says nothing of whether there is one.
+    A size is a quantity that is 0 where the linear values are: that a wall lies in some direction does not say whether there is one.
     """
     tangents, h = tangents_of(search, found), search.view.library.hypotheses[k]
     if tangents is None or not len(tangents.at(k)):
@@ -168,7 +168,7 @@ def _pool(beta: Array, covariance: Array) -> tuple[Array, Array]:
 
         r = sqrt(sum_g w_g beta_g^2),   dr / dbeta_g = w_g beta_g / r,   w_g ~ 1 / (var_g + t^2),  t^2 the variance between recordings
 
-    A recording that hardly tells its value counts little. Source: DerSimonian & Laird (1986), Control. Clin. Trials 7.
+    A recording that hardly determines its value counts little. Source: DerSimonian & Laird (1986), Control. Clin. Trials 7.
     """
     count, width = beta.shape
     within = np.diag(covariance)[: beta.size].reshape(count, width).mean(axis=1)

@@ -61,7 +61,7 @@ def _strongest(f: Array, power: Array, edge: float) -> tuple[float, float]:
 def lines_per_recording(design: Design) -> dict[int, float]:
     """Return the frequency, Hz, of the strongest line of every recording by its number, of a wave that is another in each.
 
-    None where the lines cannot be told apart, or where that of most recordings is the strongest line of their own motion: what follows the
+    None where the lines cannot be separated, or where that of most recordings is the strongest line of their own motion: what follows the
     motion is no wave.
     """
     problem, found, width = design.problem, dict[int, tuple[float, float, bool]](), 0.0

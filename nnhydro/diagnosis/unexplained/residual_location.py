@@ -30,7 +30,7 @@ def few_names(recordings: Sequence[str]) -> str:
 @final
 @dataclass(frozen=True)
 class Location:
-    """Where one joint's residual lies, as diagnosis.json tells it."""
+    """Where one joint's residual lies, as diagnosis.json holds it."""
 
     joint: int
     share: float

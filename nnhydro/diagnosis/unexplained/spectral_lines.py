@@ -5,7 +5,7 @@
 I_rk is the periodogram of recording r at the frequency k of K; over a smooth background its ordinates are exponential, so that sums over R
 recordings are gamma distributed. The background is the median of the ordinates around, the line's own left out, beside the trend of all
 recordings: the noise of angles rises to the band's edge. A state of the arm makes such a line only at the frequencies at which all
-recordings move, a free pendulum's own and its harmonics: where the acceleration has a line, none is told.
+recordings move, a free pendulum's own and its harmonics: where the acceleration has a line, none is reported.
 Source: Fisher (1929), Proc. R. Soc. A 125, pooled over recordings; ours.
 """
 
@@ -44,7 +44,7 @@ class Line:
 
     @property
     def material(self) -> bool:
-        """Whether it is there beyond chance and worth telling."""
+        """Whether it is significant and large enough to be reported."""
         return TESTS * self.p_value <= P_ALARM and self.share >= FORM
 
     def sentence(self) -> str:
@@ -108,7 +108,7 @@ def _moves(parts: Sequence[Residual], grid: Array, highest: float) -> NDArray[np
 
 
 def _with_background(parts: Sequence[Residual], highest: float) -> list[Residual]:
-    """Return the recordings that are long enough to have a background below `highest` Hz: in a few ordinates no line is told."""
+    """Return the recordings that are long enough to have a background below `highest` Hz: in a few ordinates no line is reported."""
     return [part for part in parts if len(part.r) * part.dt * highest > AROUND]
 
 

@@ -38,14 +38,14 @@ class Dependence:
 
     @property
     def real(self) -> bool:
-        """Whether it is worth telling."""
+        """Whether it is large enough to be reported."""
         return self.share >= MATERIAL and bool(self.depends_on)
 
 
 @final
 @dataclass(frozen=True)
 class Remainder:
-    """What is left beside the findings."""
+    """What the findings do not explain."""
 
     detected: bool
     share: float  # error that remains

@@ -40,8 +40,8 @@ class UmbilicalStiffness(LoadEffect):
 
     stiffness: Values = parameter("N m/rad", 0.5, ANY_VALUE, "torque per angle at x = 0: the spring constant of a linear one", per="arm")
     preload: Values = parameter("N m", 0.0, ANY_VALUE, "torque at x = 0: stiffness times q_mean - q_rest, where linear", per="arm")
-    quadratic: Values = parameter("N m/rad^2", 0.0, ANY_VALUE, "how much stiffer it is on one side, k_2", per="arm", absent=True)
-    cubic: Values = parameter("N m/rad^3", 0.0, ANY_VALUE, "how much stiffer it grows on both sides, k_3", per="arm", absent=True)
+    quadratic: Values = parameter("N m/rad^2", 0.0, ANY_VALUE, "asymmetry of the stiffness, k_2", per="arm", absent=True)
+    cubic: Values = parameter("N m/rad^3", 0.0, ANY_VALUE, "growth of the stiffness on both sides, k_3", per="arm", absent=True)
 
     about: float = field(default=0.0, kw_only=True)  # rad: q_mean, so that its size hangs on no choice of the angle's origin
 

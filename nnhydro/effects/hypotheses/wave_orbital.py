@@ -30,7 +30,7 @@ class WaveOrbital(InstrumentEffect):
     family = "water"
     cause = "waves"
     name = "regular wave"
-    mechanism = "A wave passes: the water around the arm swings to and fro and loads the arm, whether it moves or not."
+    mechanism = "A wave passes: the water around the arm oscillates and loads the arm, whether the arm moves or not."
     equation = ("v = (a cos psi + b sin psi) d,  psi = omega t - k d.r,  k = omega^2 / g,  on each link its mean weighted by the lever "
                 "about its joint;  reading = tau(relative motion) - displaced mass times dv/dt at a fixed place")
     source = ("k = omega^2 / g: Mainwaring (2019), wave_gazebo_plugins, "
