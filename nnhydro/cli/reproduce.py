@@ -29,7 +29,7 @@ def _mclain(seed: int) -> Study:
     from nnhydro.report.mclain_figures import write_figures
 
     result = study.reproduce(seed)
-    return Study("McLain & Rock (1998)", ("what", "published", "here"), study.table(result), "published numbers beside ours",
+    return Study("McLain & Rock (1998)", ("what", "published", "here"), study.table(result), "published numbers and ours",
                  study.NOT_IN_TEXT, result.document(), lambda folder: write_figures(result, folder))
 
 

@@ -125,7 +125,7 @@ class DiagnosisResult:
         if not all(finding.predicted for finding in self.findings):
             why = ("Its phase wanders, and cannot be predicted" if any(finding.law.per_recording for finding in self.findings) else
                    "When it acts cannot be predicted, and its values are less certain than the intervals say")
-            return f"{why}: the error on {self.heldout.unit} held out of the fit stays {before}."
+            return f"{why}: the error on {self.heldout.unit} held out of the fit remains {before}."
         return f"A fit without it has the same error, {before}, but moves masses or coefficients beyond their uncertainty."
 
     def _stated_friction(self, finding: Finding) -> str:

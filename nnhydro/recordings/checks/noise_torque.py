@@ -24,7 +24,7 @@ class NoiseTorque(CampaignCheck):
     """Some of a torque follows the motion."""
 
     id = "noise_torque"
-    looks_for = "torques without any course in time at joints that move"
+    looks_for = "torques that are noise from row to row at joints that move"
     remedy = "is the sensor connected, and the column the right one? Else move faster, until the load exceeds the noise"
 
     def find(self, campaign: Campaign, how: Preparation) -> Iterator[Oddity]:
@@ -43,5 +43,5 @@ class NoiseTorque(CampaignCheck):
                     sums[joint] += len(x) * np.array([width * means.var(), x.var(), (x[1:] * x[:-1]).mean()])
         for joint, (slow, rows, neighbours) in enumerate(sums):
             if rows > 0 and slow < WHITE * rows and abs(neighbours) < ALIKE * rows:
-                what = "is noise from row to row: nothing of it follows the motion"
+                what = "is noise from row to row: none of it follows the motion"
                 yield Oddity(None, "warning", campaign.arm.column("tau", joint + 1), what, self.remedy)

@@ -97,5 +97,5 @@ def read_yaml(path: Path, error: type[NnhydroError]) -> dict[str, Any]:
         raise error(f"{path}: holds {found} instead of 'key: value' lines: is this the right file?")
     strange = next((key for key in document if not isinstance(key, str)), None)
     if strange is not None:
-        raise error(f"{path}: the key {strange!r} is no word: write 'key: value' lines")
+        raise error(f"{path}: the key {strange!r} is not a word: write 'key: value' lines")
     return document

@@ -105,9 +105,9 @@ def test_a_dry_friction_that_takes_the_place_of_a_stated_one_says_what_is_left_o
 
 @pytest.mark.parametrize(("predicted", "phased", "told"), [
     (True, False, "A fit without it has the same error, 20.0 %, but moves masses or coefficients beyond their uncertainty."),
-    (False, True, "Its phase wanders, and cannot be predicted: the error on recordings held out of the fit stays 20.0 %."),
+    (False, True, "Its phase wanders, and cannot be predicted: the error on recordings held out of the fit remains 20.0 %."),
     (False, False, "When it acts cannot be predicted, and its values are less certain than the intervals say: "
-                   "the error on recordings held out of the fit stays 20.0 %.")])
+                   "the error on recordings held out of the fit remains 20.0 %.")])
 def test_of_a_finding_that_lowers_no_error_the_verdict_says_why(predicted, phased, told):
     law = SimpleNamespace(per_recording=phased)
     made = diagnosis(found=(Told(equivalence_set=("a",), statement="A.", predicted=predicted, law=law),))
