@@ -52,7 +52,7 @@ class ScoredParameter:
 @final
 @dataclass(frozen=True)
 class Verdict:
-    """What one diagnosis was worth; errors of unseen motions are sum|error| / sum|torque|, None where nothing was predicted."""
+    """The score of one diagnosis; errors of unseen motions are sum|error| / sum|torque|, None where nothing was predicted."""
 
     campaign: str
     kind: str

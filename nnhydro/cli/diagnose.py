@@ -43,7 +43,7 @@ def _links(outcome: "BatchOutcome") -> list[str]:
 
 
 def _many(asked: "list[DiagnosisRequest]", workers: "Workers", json: bool) -> None:
-    """Diagnose several campaigns; what went wrong with one is told at the end, when all others are done."""
+    """Diagnose several campaigns; failures are reported at the end, when all others are done."""
     from nnhydro.errors import CampaignError, count_text
     from nnhydro.report.diagnosis.batch import diagnose_all
 

@@ -29,7 +29,7 @@ def _load(model: Path, kind: str, bare: bool) -> "TorqueModel":
 
 
 def _step(model: Path, loaded: "TorqueModel", out: Path, kind: str, precision: str, bare: bool) -> tuple[dict[str, Any], str]:
-    """Write one step in time; return what it is told of and the verdict."""
+    """Write the function of one time step; return its description and the verdict."""
     from nnhydro.deployment.files import export_step
     from nnhydro.models.storage import DIGEST
 

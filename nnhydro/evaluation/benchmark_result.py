@@ -129,7 +129,7 @@ class BenchmarkResult:
                 "versions": versions() | {"campaign_sha256": digests[0] if len(digests) == 1 else digests}}
 
     def verdict(self) -> str:
-        """Return who won, in a sentence with numbers; where nobody explains the torques, it says that."""
+        """Return the best model in a sentence with numbers, or that no model explains the torques."""
         ranking = self.ranking()
         best = self.standings[ranking[0]].pooled.error
         if best > UNEXPLAINED:

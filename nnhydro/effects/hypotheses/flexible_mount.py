@@ -1,4 +1,4 @@
-"""Hypothesis: the mount gives way, so that the hub sways under the forces of the arm."""
+"""Hypothesis: the mount is compliant, so that the hub sways under the forces of the arm."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

@@ -64,7 +64,7 @@ class JointElasticity(InstrumentEffect):
         return seen.torque_of(seen.flow_moved_by(turn, rate, change))
 
     def plausible(self) -> bool:
-        """Return whether there is a spring: what stiffens gives way."""
+        """Return whether there is a spring: only a compliant drive can stiffen."""
         return self.compliance[0] > 0 or not any(self.hardening)
 
     def rough_secant(self, seen: SensorView) -> Tensor:
@@ -94,7 +94,7 @@ class JointElasticity(InstrumentEffect):
         return float(by_joint_motion(seen, self.joint, 2).abs().median())
 
     def quantities(self) -> dict[str, Quantity]:
-        """Return compliance and stiffness; the damping that fits best grows with the encoder's noise, and tells nothing of the drive."""
+        """Return compliance and stiffness; the damping that fits best grows with the encoder's noise, and says nothing about the drive."""
         c = self.compliance[0]
         made = {"compliance": Quantity(c, "rad/(N m)"), "stiffness": Quantity(1 / max(c, STIFFEST), "N m/rad")}
         return made | ({"hardening": Quantity(self.hardening[0], "rad/(N m)^3")} if self.hardening else {})

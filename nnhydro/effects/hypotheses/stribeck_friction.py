@@ -59,7 +59,7 @@ class StribeckFriction(DryContact, LoadEffect):
         return self.excess[0] >= LEAST_EXCESS * self.sliding[0] and self.speed[0] >= SHARP * self.width
 
     def slowest(self) -> float:
-        """Return twice the speed over which the grip is lost: nobody can extrapolate it from rows that slide."""
+        """Return twice the speed over which the grip is lost: rows of fast sliding do not determine it."""
         return 2 * self.speed[0]
 
     def quantities(self) -> dict[str, Quantity]:

@@ -22,7 +22,7 @@ NONE = 1e-9  # of the largest torque within a turn: terms below it are no part o
 @final
 @dataclass(frozen=True)
 class UmbilicalStiffness(LoadEffect):
-    """A spring at one joint with a rest angle of its own, linear or growing stiffer or softer as it bends."""
+    """A spring at one joint with a rest angle, linear or with a stiffness that grows or falls with the angle."""
 
     id = "umbilical_stiffness"
     family = "restoring"
@@ -65,7 +65,7 @@ class UmbilicalStiffness(LoadEffect):
         return at_joint(torch.stack([x, torch.ones_like(x), *bent], dim=1), self.joint, flow.arm.n_links)
 
     def _law(self) -> np.polynomial.Polynomial:
-        """The torque over x, without terms that nobody could measure."""
+        """The torque over x, without terms too small to measure."""
         c = [self.preload[0], self.stiffness[0], *self.quadratic, *self.cubic]
         sizes = [abs(x) * FURTHEST**n for n, x in enumerate(c)]
         while len(c) > 1 and sizes[len(c) - 1] <= NONE * max(sizes):

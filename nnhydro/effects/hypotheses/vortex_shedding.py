@@ -41,7 +41,7 @@ def _phase_and_drag(flow: Flow, cell: float) -> tuple[Tensor, Tensor, Tensor]:
 @final
 @dataclass(frozen=True)
 class VortexShedding(LoadEffect):
-    """In-line force at twice the Strouhal frequency of each strip or cell; the phase is each link's and recording's own."""
+    """In-line force at twice the Strouhal frequency of each strip or cell; each link has a phase per recording."""
 
     id = "vortex_shedding"
     family = "wake"

@@ -97,7 +97,7 @@ class WakeReentry(LoadEffect):
 
     @classmethod
     def prepare(cls, flow: Flow, effects: Sequence[Self]) -> None:
-        """Compute the wakes of all `effects` in one pass over the rows: a row takes for ten laws hardly longer than for one."""
+        """Compute the wakes of all `effects` in one pass over the rows: ten laws take hardly longer than one."""
         laws = list(dict.fromkeys(effect._law for effect in effects))
         if flow.motion.steady or flow.motion.carried is not None or len(laws) < 2:
             return

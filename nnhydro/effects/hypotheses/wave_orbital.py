@@ -24,7 +24,7 @@ TRAVELS = tuple(k * pi / 4 for k in range(-3, 5))  # a wave that runs the other 
 @final
 @dataclass(frozen=True)
 class WaveOrbital(InstrumentEffect):
-    """Water that oscillates along one direction with one frequency; the phase is each recording's own."""
+    """Water that oscillates along one direction with one frequency; with a phase per recording."""
 
     id = "wave_orbital"
     family = "water"

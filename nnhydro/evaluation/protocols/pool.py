@@ -18,7 +18,7 @@ RowValue = Callable[[Segment, Arm], Array]  # one value per row, (n,)
 
 
 def arm_name(campaign: Campaign, number: int) -> str:
-    """Return what tells the arm from the others: the campaign's folder, else the arm's name."""
+    """Return what distinguishes the arm from the others: the campaign's folder, else the arm's name."""
     return campaign.root.name if campaign.root is not None else f"{campaign.arm.name}-{number + 1}"
 
 

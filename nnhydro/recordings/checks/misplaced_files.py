@@ -1,4 +1,4 @@
-"""Files and folders of a campaign that nobody reads: a misspelt folder, logs beside arm.yaml."""
+"""Files and folders of a campaign that nnhydro does not read: a misspelt folder, logs beside arm.yaml."""
 
 from collections.abc import Iterator
 from difflib import get_close_matches

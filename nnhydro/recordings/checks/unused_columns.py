@@ -1,4 +1,4 @@
-"""Columns of a file that nobody reads: mostly harmless, but not where one of them is the carriage's speed."""
+"""Columns of a file that nnhydro does not use: mostly harmless, unless one of them is the carriage's speed."""
 
 import re
 from collections.abc import Iterator

@@ -56,7 +56,7 @@ def _law(parts: Sequence[Residual], joint: int, name: str) -> DrawnLaw | None:
 
 
 def unknown_laws(result: DiagnosisResult) -> list[DrawnLaw]:
-    """Return for every joint where something without a name is left the residual's mean over the input that tells most of it."""
+    """Return, for every joint with an unexplained residual, its mean over the most informative input."""
     parts = [part for part in result.heldout.remains if part.dt > 0 and len(part.r) >= 2]
     if not result.remainder.detected or not parts:
         return []

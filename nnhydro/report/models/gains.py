@@ -1,4 +1,4 @@
-"""Effective gains for people: a figure, a table and a sentence."""
+"""Effective gains as a figure, a table and a sentence."""
 
 from collections.abc import Sequence
 from pathlib import Path
