@@ -34,7 +34,7 @@ Index = NDArray[np.int64]
 FEWEST_BLOCKS = 16  # fewest blocks in all: noise and held-out scores need so many independent stretches
 FEWEST_PERIODS = 6.0  # fewest periods of the band's edge in a block
 MARGIN = 0.5  # periods of the band's edge cut from either end of a stretch, where the second derivative of a spline is least certain
-MOST_STUDIED = 60  # most recordings of a search: more rarely sharpen a name, and cost memory and time
+MOST_STUDIED = 60  # most recordings of a diagnosis: more rarely sharpen a name, and cost memory and time
 
 
 @final
