@@ -54,7 +54,7 @@ def with_units(page: str, sliding: bool) -> str:
 
 @dataclass(frozen=True)
 class Channel:
-    """One kind of column of a recording: its stem, its unit suffix and whether there is one a joint."""
+    """One kind of column of a recording: its stem, its unit suffix and whether there is one per joint."""
 
     stem: str
     unit: str
@@ -64,7 +64,7 @@ class Channel:
     def column(self, joint: int | None = None, sliding: bool = False) -> str:
         """Name of the column, `joint` counted from 1; of a joint that slides where `sliding`."""
         if self.per_joint != (joint is not None):
-            raise ValueError(f"channel {self.stem} is {'' if self.per_joint else 'not '}one a joint")
+            raise ValueError(f"channel {self.stem} is {'' if self.per_joint else 'not '}one per joint")
         head, _, tail = self.stem.partition("_")
         number = "" if joint is None else str(joint)
         return f"{head}{number}{'_' + tail if tail else ''}_{SLIDING[self.unit] if sliding and self.per_joint else self.unit}"

@@ -72,7 +72,7 @@ def design(seed=0, groups=4, rows=15, joints=2, p=2, planted=None, noise=1.0):
                               further_columns=0, blocks=[SimpleNamespace(steady=False)], frequency=np.tile(np.arange(rows) / rows, groups))
     flat = Y.reshape(n * joints, p)
     excess = y - (flat @ np.linalg.lstsq(flat, y.ravel())[0]).reshape(y.shape)
-    return SimpleNamespace(Y=Y, y=y, tau=y, problem=problem, scale=np.array([1.0, 2.0])[:joints], time=float(n), excess=excess,
+    return SimpleNamespace(Y=Y, y=y, tau=y, problem=problem, scale=np.array([1.0, 2.0])[:joints], duration=float(n), excess=excess,
                            input_variance=np.zeros_like(y), stated_friction=np.zeros_like(y),
                            baseline=SimpleNamespace(is_physics=True), undriven=False)
 
@@ -130,7 +130,7 @@ def unknown_part(of, size):
 
 
 def written_out(view, chosen):
-    """The columns (n, joints, k) of the laws `chosen`: one set a recording where the values are each recording's own; None of none."""
+    """The columns (n, joints, k) of the laws `chosen`: one set per recording where the values are each recording's own; None of none."""
     made, group = [], view.library.design.problem.group_of
     for k in chosen:
         X = view.library.columns(k)
@@ -170,7 +170,7 @@ def evidences(one, chosen):
 
 
 def with_values(beta, seed=0, groups=8, rows=30, noise=1.0, laws=None, scale=1.0, joints=2):
-    """A search on a design in which the first law acts with `beta`, a number or one a recording, in the units of its effect."""
+    """A search on a design in which the first law acts with `beta`, a number or one per recording, in the units of its effect."""
     laws = laws or tuple(law(f"law_{k}") for k in range(3))
     of = design(seed, groups=groups, rows=rows, noise=noise, joints=joints)
     X = np.random.default_rng(seed + 50).standard_normal((*of.y.shape, sum(law.width for law in laws)))

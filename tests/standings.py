@@ -24,6 +24,6 @@ def standing(name, *errors):
 
 
 def benchmark_of(campaigns=(), protocol="p", split=SPLIT, floor=None, **errors):
-    """A benchmark of models with one error each, or with one a unit."""
+    """A benchmark of models with one error each, or with one per unit."""
     standings = {name: standing(name, *np.atleast_1d(e).tolist()) for name, e in errors.items()}
     return BenchmarkResult(campaigns, GIVEN, protocol, split, standings, floor, 0, TrainingConfig())

@@ -20,7 +20,7 @@ DEFAULTS = TrainingConfig()
 
 
 def random_ensemble(sizes, members=3, seed=1, parallel=False):
-    """Networks with random weights, one a member."""
+    """Networks with random weights, one per member."""
     g = torch.Generator().manual_seed(seed)
     layout = Ensemble.fresh(sizes, members, seed, parallel)
     return layout.with_tensors([torch.randn(w.shape, generator=g, dtype=torch.float64) for w in layout.tensors()])

@@ -7,7 +7,7 @@ from nnhydro.effects.effect import Effect
 from nnhydro.report.effects.effect_figure import picture
 from nnhydro.report.figure_file import DPI
 
-PARITY = {"odd": "gives the mirrored torque", "even": "gives the same torque", "mixed": "gives a torque of its own: it has a direction"}
+PARITY = {"odd": "gives the mirrored torque", "even": "gives the same torque", "mixed": "gives another torque: the effect has a direction"}
 
 
 def page(effect: type[Effect], known: set[str]) -> str:
@@ -15,7 +15,7 @@ def page(effect: type[Effect], known: set[str]) -> str:
     facts = card(effect)
     seen = facts["signature"]
     through = ", through what the sensors read" if facts["kind"] == "instrument" else ""
-    alike = ", ".join(f"[{name}]({name}.md)" if name in known else name for name in seen["mistaken_for"]) or "nothing that is known"
+    alike = ", ".join(f"[{name}]({name}.md)" if name in known else name for name in seen["mistaken_for"]) or "nothing known"
     rows = "\n".join(f"| `{p['name']}` | {p['meaning']} | {p['unit']} | {p['bounds'][0]:g} to {p['bounds'][1]:g} |"
                      for p in facts["parameters"])
     return f"""# {facts['name'][0].upper()}{facts['name'][1:]}
@@ -30,15 +30,15 @@ def page(effect: type[Effect], known: set[str]) -> str:
 
 ![Torque of a demonstration motion without and with the effect, and the difference against what drives it]({facts['id']}.png)
 
-Size made up for the picture: a quarter of the largest torque.
+For the picture, the size is a quarter of the largest torque.
 
 | | |
 | --- | --- |
 | Seen | {seen['region']} |
 | Depends on | {', '.join(seen['depends_on'])} |
 | Mirrored motion | {PARITY[seen['parity']]} |
-| At rest | {'nothing is left of it' if seen['zero_at_rest'] else 'it is still there'} |
-| Brought out by | {seen['excited_by']} |
+| At rest | {'it vanishes' if seen['zero_at_rest'] else 'it remains'} |
+| Excited by | {seen['excited_by']} |
 | Mistaken for | {alike} |
 | Source | {facts['source']} |
 

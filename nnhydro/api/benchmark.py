@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 @final
 @dataclass(frozen=True, eq=False, repr=False)
 class Benchmark(ResultView):
-    """Every model on recordings held out of its fit; the data frame has a row a model, best first, shares as fractions of 1."""
+    """Every model on recordings held out of its fit; the data frame has one row per model, best first, shares as fractions of 1."""
 
     result: BenchmarkResult
 
@@ -46,7 +46,7 @@ class Benchmark(ResultView):
         return benchmark_sheets(self.result)
 
     def to_frame(self) -> "pd.DataFrame":
-        """Return a row a model, best first: error with 95 % interval, NRMSE and VAF of each joint, seconds spent fitting."""
+        """Return one row per model, best first: error with 95 % interval, NRMSE and VAF of each joint, seconds spent fitting."""
         return models_sheet(self.result, self.document(), perfect=False).frame()
 
     def by_recording(self) -> "pd.DataFrame":

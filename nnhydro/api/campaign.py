@@ -26,7 +26,7 @@ def load(folder: str | Path, columns: str | Path | None = None) -> Campaign:
     """Return the campaign in `folder` (arm.yaml, recordings/, steady/); every file is read once, so that a faulty one is named now.
 
     `columns` is a YAML file that says what foreign columns mean; by default columns.yaml in the folder. Raises NnhydroError
-    (CampaignError, ArmError, RecordingError, ConfigError) with one line that says what is wrong, where, and what mends it.
+    (CampaignError, ArmError, RecordingError, ConfigError) with one line that says what is wrong, where, and the remedy.
     """
     return verify_campaign(Path(folder), None if columns is None else Path(columns))
 

@@ -17,7 +17,7 @@ from nnhydro.sheet import ResultView, Sheet
 @final
 @dataclass(frozen=True, eq=False, repr=False)
 class Check(ResultView):
-    """A campaign looked over: `survey` holds every number; the data frame has a row a recording."""
+    """A campaign looked over: `survey` holds every number; the data frame has one row per recording."""
 
     survey: Survey
 

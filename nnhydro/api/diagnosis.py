@@ -1,4 +1,4 @@
-"""What the baseline omits: the effects with numbers, and the proof."""
+"""What the baseline omits: the effects with numbers, and the errors on held-out recordings."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ from nnhydro.sheet import ResultView, Sheet
 @final
 @dataclass(frozen=True, eq=False, repr=False)
 class Diagnosis(ResultView):
-    """What is missing, where, and how good the model with it is; the data frame has a row a finding."""
+    """What is missing, where, and how good the model with it is; the data frame has one row per finding."""
 
     result: DiagnosisResult
     campaign: Campaign

@@ -15,7 +15,7 @@ from nnhydro.sheet import Column, ResultView, Sheet
 @final
 @dataclass(frozen=True, eq=False, repr=False)
 class Catalogue(ResultView):
-    """All effects by their id; the data frame has a row an effect."""
+    """All effects by their id; the data frame has one row per effect."""
 
     effects: dict[str, type[Effect]]
 
@@ -34,7 +34,7 @@ class Catalogue(ResultView):
         return f"{len(self)} effects that a simulation may omit."
 
     def sheets(self) -> tuple[Sheet, ...]:
-        """Return one row an effect."""
+        """Return one row per effect."""
         every = list(self.effects.values())
         return (Sheet("", (
             Column("id", list(self.effects), words=True), Column("family", [effect.family for effect in every], words=True),

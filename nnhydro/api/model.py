@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 @final
 @dataclass(frozen=True, eq=False, repr=False)
 class Model(ResultView):
-    """A model of what the arm's torque sensors read; its data frame has a row a parameter.
+    """A model of what the arm's torque sensors read; its data frame has one row per parameter.
 
     `torque_model` is the model that computes (`torque(motion)` on torch tensors, see docs/models.md).
     """

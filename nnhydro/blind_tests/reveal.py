@@ -33,7 +33,7 @@ Torques = Callable[[str], Array]
 
 def read_suite(suite: Path) -> dict[str, Any]:
     """Return the campaigns of the suite in the folder `suite`: name -> baseline and commitment; raises ConfigError for no such list."""
-    require((suite / MARKER).is_file(), f"{suite}: is no suite of concealed campaigns (no {MARKER}): make one with nnhydro conceal")
+    require((suite / MARKER).is_file(), f"{suite}: is not a suite of concealed campaigns (no {MARKER}): make one with nnhydro conceal")
     document = read_json(suite / MARKER, ConfigError)
     require(document.get("schema") == SUITE, f"{suite / MARKER}: schema is {document.get('schema')!r:.80}, expected {SUITE!r}")
     campaigns = document.get("campaigns")
@@ -111,7 +111,7 @@ def reveal(suite: Path, diagnoses: Path, key_file: Path | None = None) -> dict[s
     A campaign without a diagnosis is listed as missing and not scored.
     """
     campaigns = read_suite(suite)
-    require(diagnoses.is_dir(), f"--diagnoses {diagnoses}: is no folder: give the one that holds <campaign>/diagnosis.json")
+    require(diagnoses.is_dir(), f"--diagnoses {diagnoses}: is not a folder: give the one that holds <campaign>/diagnosis.json")
     key = read_key(key_file or suite / KEY_FILE)
     verdicts, missing = [], []
     for name, public in sorted(campaigns.items()):

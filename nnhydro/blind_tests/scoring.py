@@ -52,7 +52,7 @@ class ScoredParameter:
 @final
 @dataclass(frozen=True)
 class Verdict:
-    """What one diagnosis was worth; errors of unseen motions are sum|error| / sum|torque|, None where nothing was predicted."""
+    """The score of one diagnosis; errors of unseen motions are sum|error| / sum|torque|, None where nothing was predicted."""
 
     campaign: str
     kind: str
@@ -85,7 +85,7 @@ class Verdict:
 
 def _text(value: Any) -> str | None:
     if value is not None and not isinstance(value, str):
-        raise TypeError(f"{value!r:.60} is no text")
+        raise TypeError(f"{value!r:.60} is not text")
     return value
 
 
@@ -96,7 +96,7 @@ def claims_of(diagnosis: Any, where: str) -> tuple[Claim, ...]:
                            None if f.get("joint") is None else int(f["joint"]), float(f.get("confidence", 1.0)),
                            dict(f.get("parameters") or {}), f.get("acts")) for f in diagnosis["findings"])
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as cause:
-        raise ConfigError(f"{where}: is no diagnosis ({type(cause).__name__}: {cause}): "
+        raise ConfigError(f"{where}: is not a diagnosis ({type(cause).__name__}: {cause}): "
                           "findings need effect, class, joint, confidence") from cause
 
 

@@ -102,7 +102,7 @@ def _parse(path: Path) -> SealedAnswer:
         iv, text, tag = (bytes.fromhex(raw[k]) for k in ("iv", "text", "tag"))
         return SealedAnswer(str(raw["name"]), iv, text, tag, str(raw["commitment"]))
     except (ValueError, KeyError, TypeError) as cause:
-        raise ConfigError(f"{path}: is no sealed answer ({type(cause).__name__}): make the suite again with nnhydro conceal") from cause
+        raise ConfigError(f"{path}: is not a sealed answer ({type(cause).__name__}): make the suite again with nnhydro conceal") from cause
 
 
 def open_sealed(path: Path, key: bytes, commitment: str | None = None) -> dict[str, Any]:

@@ -35,7 +35,7 @@ def _in_part(part: str, v: Verdict) -> bool:
 
 
 def _placement_rows(verdicts: Sequence[Verdict]) -> dict[str, Any]:
-    """How well it was told when and where effects act; an effect that was not named was not placed."""
+    """How well diagnoses say when and where effects act; an effect without a name counts as missed."""
     local = [verdict for verdict in verdicts if verdict.part != "always"]
     moments = [verdict.placed.moment_error_s if verdict.placed else None for verdict in local if verdict.part == "onset"]
     near = [error for error in moments if error is not None]

@@ -43,7 +43,7 @@ def _links(outcome: "BatchOutcome") -> list[str]:
 
 
 def _many(asked: "list[DiagnosisRequest]", workers: "Workers", json: bool) -> None:
-    """Diagnose several campaigns; what went wrong with one is told at the end, when all others are done."""
+    """Diagnose several campaigns; failures are reported at the end, when all others are done."""
     from nnhydro.errors import CampaignError, count_text
     from nnhydro.report.diagnosis.batch import diagnose_all
 
@@ -119,8 +119,8 @@ def diagnose(
     campaign: Path = typer.Argument(help="Folder of the campaign, or of several campaigns, which are diagnosed one by one."),
     out: Path = typer.Option(..., "--out", help="Folder for diagnosis.json, report.html, figures, model/ and baseline/."),
     baseline: str = typer.Option("", "--baseline", help="Name of a physics model, folder of a model, or column, which takes "
-                                 "tau*_sim_Nm of the recordings; default: constant, for a dry arm rigid."),
-    effects: Path | None = typer.Option(None, "--effects", help="Python file with effects of your own."),
+                                 "tau*_sim_Nm of the recordings; default: constant, or rigid for a dry arm."),
+    effects: Path | None = typer.Option(None, "--effects", help="Python file with your own effects."),
     cutoff: float | None = CUTOFF,
     seed: int = typer.Option(0, "--seed", help="Random seed of the subset of recordings and of the simulated "
                              "campaigns that set the threshold."),

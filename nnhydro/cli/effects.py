@@ -9,8 +9,8 @@ from nnhydro.cli.terminal.output import JSON, QUIET, emit, say
 
 def effects(
     name: str | None = typer.Argument(None, metavar="[ID]", help="Explain this effect; without it all are listed."),
-    plugin: Path | None = typer.Option(None, "--effects", help="Python file with effects of your own (@effect); nnhydro runs it."),
-    out: Path | None = typer.Option(None, "--out", help="PNG file for a picture of the signature; SVG and data (CSV) lie beside it."),
+    plugin: Path | None = typer.Option(None, "--effects", help="Python file with your own effects (@effect); nnhydro runs it."),
+    out: Path | None = typer.Option(None, "--out", help="PNG file for a picture of the signature; SVG and CSV are written next to it."),
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:

@@ -29,7 +29,7 @@ def _load(model: Path, kind: str, bare: bool) -> "TorqueModel":
 
 
 def _step(model: Path, loaded: "TorqueModel", out: Path, kind: str, precision: str, bare: bool) -> tuple[dict[str, Any], str]:
-    """Write one step in time; return what it is told of and the verdict."""
+    """Write the function of one time step; return its description and the verdict."""
     from nnhydro.deployment.files import export_step
     from nnhydro.models.storage import DIGEST
 
@@ -75,12 +75,12 @@ def _curves(loaded: "TorqueModel", out: Path) -> tuple[dict[str, Any], str]:
 
 def export(
     model: Path = typer.Argument(help="Folder of a model that identify, train or diagnose wrote."),
-    out: Path = typer.Option(..., "--out", help="File to write, such as arm.onnx; arm.onnx.json beside it describes its inputs."),
+    out: Path = typer.Option(..., "--out", help="File to write, such as arm.onnx; arm.onnx.json next to it describes its inputs."),
     kind: str = typer.Option("onnx", "--format", help="onnx, c or casadi (any model, one time step), mujoco (physics, as MJCF) or "
                              "curves (coefficients, as CSV)."),
     precision: str = typer.Option("double", "--precision", help="For onnx and c: double, or single (errors of about 1e-6 of the torque)."),
     without_instruments: bool = typer.Option(False, "--without-instruments", help="For onnx, c and casadi: omit identified faults of "
-                                             "torque sensors and drives (offset, drift, delay, ...); they are no part of the arm."),
+                                             "torque sensors and drives (offset, drift, delay, ...); they are not part of the arm."),
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:

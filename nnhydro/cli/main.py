@@ -92,7 +92,7 @@ def run(arguments: list[str] | None = None) -> int:
         where = f"{error.filename}: " if error.filename else ""
         return _fail(f"{where}{error.strerror or error}: {remedy}; nothing half written was left behind")
     except MemoryError as error:
-        return _fail(f"the memory does not suffice ({error}): split long recordings, or use a machine with more")
+        return _fail(f"not enough memory ({error}): split long recordings, or use a machine with more")
     except Exception as error:  # typer's usage errors share no public base class
         if not hasattr(error, "format_message"):
             raise

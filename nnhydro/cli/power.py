@@ -9,8 +9,8 @@ from nnhydro.cli.terminal.output import CUTOFF, JSON, MAP, QUIET, conclude, emit
 
 def power(
     campaign: Path = typer.Argument(metavar="CAMPAIGN|PLAN", help="Folder of a campaign, or a recipe (YAML) as nnhydro simulate takes it."),
-    baseline: str = typer.Option("", "--baseline", help="Name or folder of a physics model; default: constant, for a dry arm rigid."),
-    effects: Path | None = typer.Option(None, "--effects", help="Python file with effects of your own."),
+    baseline: str = typer.Option("", "--baseline", help="Name or folder of a physics model; default: constant, or rigid for a dry arm."),
+    effects: Path | None = typer.Option(None, "--effects", help="Python file with your own effects."),
     cutoff: float | None = CUTOFF,
     seed: int = typer.Option(0, "--seed", help="Seed of the draws that set the threshold."),
     column_map: Path | None = MAP,

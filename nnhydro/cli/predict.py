@@ -106,7 +106,7 @@ def _note_moment(prediction: "PredictedTorque", wrench: "dict[str, NDArray[np.fl
 def _next_steps(model: Path, odd: list[str], predictions: "list[PredictedTorque]") -> str:
     """What comes next: mending the motions, recording such motions, else a look at the model."""
     if odd:
-        return "mend what is named above, then nnhydro predict again   (--strict refuses such motions)"
+        return "correct what is named above, then nnhydro predict again   (--strict refuses such motions)"
     far = [prediction.name for prediction in predictions if (prediction.outside_share or 0.0) > STRICT]
     if far:
         return f"record motions like {far[0]} and fit again, or leave out the rows whose column outside is above 0"

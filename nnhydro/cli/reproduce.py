@@ -29,7 +29,7 @@ def _mclain(seed: int) -> Study:
     from nnhydro.report.mclain_figures import write_figures
 
     result = study.reproduce(seed)
-    return Study("McLain & Rock (1998)", ("what", "published", "here"), study.table(result), "published numbers beside ours",
+    return Study("McLain & Rock (1998)", ("what", "published", "here"), study.table(result), "published numbers and ours",
                  study.NOT_IN_TEXT, result.document(), lambda folder: write_figures(result, folder))
 
 
@@ -56,8 +56,8 @@ def reproduce(
 ) -> None:
     """Reproduce McLain & Rock (1998), or study Rivera's method.
 
-    mclain: figures and tables beside the published numbers. rivera: a study of the identification by neural networks (1995). Lists
-    what the texts leave undetermined.
+    mclain: figures and tables, compared with the published numbers. rivera: a study of the identification by neural networks (1995). Lists
+    what the texts do not determine.
     """
     from nnhydro.errors import require
     from nnhydro.runtime.files import check_folder, whole_folder, write_json

@@ -38,7 +38,7 @@ def _begin(resume: bool, out: Path, checkpoint: Path, record: Path, identity: di
     from nnhydro.runtime.files import json_text, write_json
 
     if resume:
-        require(checkpoint.exists(), f"--resume: {checkpoint} does not exist: no interrupted training to go on with; leave --resume out")
+        require(checkpoint.exists(), f"--resume: {checkpoint} does not exist: no interrupted training to continue: omit --resume")
         require(record.is_file() and record.read_bytes() == json_text(identity).encode(), f"--resume: {record} belongs to another "
                 "configuration or to other recordings: start anew without --resume", ConfigError)
         return

@@ -1,4 +1,4 @@
-"""The baseline with every finding as one more term or as a fault of the instruments: what is claimed is in the model, always."""
+"""The baseline with every finding as one more term or as a fault of the instruments: every claim is in the model."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -40,7 +40,7 @@ def _instrument(effect: InstrumentEffect, finding: Finding) -> InstrumentEffect:
 
 
 def _term_name(effect: LoadEffect, loads: Loads) -> str:
-    """The finding's id and joint; told apart from a term of the baseline that is called so, too."""
+    """The finding's id and joint; distinct from a term of the baseline with the same name."""
     name = f"{effect.id}_{effect.joint}" if effect.joint else effect.id
     while name in loads.terms:
         name = f"found_{name}"
@@ -54,7 +54,8 @@ def _for_prediction(finding: Finding) -> AnyEffect:
 def corrected_model(baseline: Baseline, z_before: Array, z_after: Array, found: Sequence[Finding]) -> TorqueModel:
     """Return the baseline, recalibrated to `z_after` (r,) beside the findings, with every finding in it.
 
-    What cannot be predicted is no part of it: nobody knows the next recording's phase, or when a gap is crossed. Nor is what has ended.
+    It omits what cannot be predicted: the phase in the next recording, and when a gap is crossed, are unknown. It also omits effects that
+    have ended.
     """
     before = baseline.at(z_before)
     after = baseline.at(z_after)

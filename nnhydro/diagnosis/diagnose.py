@@ -1,6 +1,6 @@
-"""`diagnose`: is there a mismatch, where, what physics was omitted, the model with it, the proof.
+"""`diagnose`: whether baseline and campaign disagree, where, what physics is missing, and the corrected model with its errors.
 
-prepare (problem, baseline, design) -> noise and unknown -> search -> refine -> decide -> findings, corrected model, proof, what remains.
+prepare (problem, baseline, design) -> noise and unknown -> search -> refine -> decide -> findings, corrected model, errors, remainder.
 """
 
 import time
@@ -14,7 +14,7 @@ from nnhydro.diagnosis.calibration.rehearsal import limit_confidence, rehearse
 from nnhydro.diagnosis.constants import DETECTED, MATERIAL, NULL_QUANTILE
 from nnhydro.diagnosis.corrected_model import corrected_model, trained_on, with_record
 from nnhydro.diagnosis.decision.decide import Claims, decide, withdraw_useless
-from nnhydro.diagnosis.decision.heldout_errors import Proof, noise_error
+from nnhydro.diagnosis.decision.heldout_errors import HeldoutErrors, noise_error
 from nnhydro.diagnosis.decision.other_bands import FACTORS, OtherBand, claims_at
 from nnhydro.diagnosis.experiment.proposal import Proposal, next_experiment
 from nnhydro.diagnosis.experiment.rig_limits import Limits
@@ -111,10 +111,10 @@ def search_design(design: Design, seed: int, without: Sequence[str] = ()) -> Sea
 @final
 @dataclass(frozen=True, eq=False)
 class DecidedCampaign:
-    """What was decided on some recordings, its proof, the error of noise alone, and what remains."""
+    """What was decided on some recordings, the held-out errors, the error of noise alone, and what remains."""
 
     found: SearchedCampaign
-    proof: Proof
+    heldout: HeldoutErrors
     floor: float
     rest: Remainder
 
@@ -124,20 +124,21 @@ def _decide_on(campaign: Campaign, names: tuple[str, ...], options: "DiagnosisOp
     design = design_on(problem_of(campaign, names, options.cutoff_hz), options.baseline)
     noise, search, best, model = _explore(design, options.without, progress)
     progress("held-out errors")
-    decided, proof = withdraw_useless(search, decide(search, best, options.seed), model, options.seed)
+    decided, heldout = withdraw_useless(search, decide(search, best, options.seed), model, options.seed)
     steady = (design.problem.frequency < 0)[:, None]  # a few rows of tables: the unknown takes their noise for a law
     variance = np.where(steady, best_fit(search, decided.claimed).whitened.v, noise.noise_variance + design.input_variance)
-    floor = noise_error(search, proof, variance)
-    return DecidedCampaign(SearchedCampaign(design, noise, search, decided, model, search.score(())), proof, floor,
-                           unexplained_of(search, decided.claimed, proof, decided.decisions, floor, noise))
+    floor = noise_error(search, heldout, variance)
+    return DecidedCampaign(SearchedCampaign(design, noise, search, decided, model, search.score(())), heldout, floor,
+                           unexplained_of(search, decided.claimed, heldout, decided.decisions, floor, noise))
 
 
 def _complete(campaign: Campaign, decided: DecidedCampaign, options: "DiagnosisOptions",
               progress: Callable[[str], None]) -> DiagnosisResult:
     """Return the whole diagnosis: findings, models, other bands, the next experiment."""
-    found, proof, base = decided.found, decided.proof, decided.found.design.baseline
+    found, heldout, base = decided.found, decided.heldout, decided.found.design.baseline
     search, claimed = found.search, found.decided.claimed
-    findings = [replace(finding, error_without=proof.without.get((finding.effect, finding.law.joint), proof.before), error_with=proof.after)
+    findings = [replace(finding, error_with=heldout.after,
+                        error_without=heldout.without.get((finding.effect, finding.law.joint), heldout.before))
                 for finding in sorted(findings_of(search, claimed), key=lambda finding: -found.decided.shares.get(finding.number, 0.0))]
     rehearsal = rehearse(search, claimed, options.rehearsals, options.seed, progress) if options.rehearsals and findings else None
     findings = findings if rehearsal is None else [limit_confidence(finding, rehearsal) for finding in findings]
@@ -146,15 +147,15 @@ def _complete(campaign: Campaign, decided: DecidedCampaign, options: "DiagnosisO
     progress("next experiment")
     following, why = _plan_next(found, campaign, options.seed, options.limits)
     z_before, z_after = (base.within(best_fit(search, model_set).z) for model_set in (search.score(()), claimed))
-    noise_rms = np.sqrt(found.noise.noise_variance.sum(axis=0) / found.design.time)
+    noise_rms = np.sqrt(found.noise.noise_variance.sum(axis=0) / found.design.duration)
     before, corrected = base.as_model(z_before), corrected_model(base, z_before, z_after, findings)
     record = trained_on(campaign, found.design.problem, base.simulated or base.physics)
     before, corrected = with_record(before, record if base.is_physics else {}), with_record(corrected, record)
-    checks = _checks(found, proof.before, proof.after, proof.recordings) | base.against_stated(z_after) | unjudged | why
+    checks = _checks(found, heldout.before, heldout.after, heldout.recordings) | base.against_stated(z_after) | unjudged | why
     if base.is_physics:
         checks["against_stated"] += impossible_coefficients(found.design)
-    return DiagnosisResult(before, corrected, base.name, 0.0, _p_value(found, decided.rest), decided.floor, proof,
-                           locate(proof.residuals, noise_rms), findings, decided.rest, found.decided.decisions, checks, bands, following,
+    return DiagnosisResult(before, corrected, base.name, 0.0, _p_value(found, decided.rest), decided.floor, heldout,
+                           locate(heldout.residuals, noise_rms), findings, decided.rest, found.decided.decisions, checks, bands, following,
                            base.recalibration(z_before), versions() | {"campaign_sha256": campaign.sha256()}, rehearsal)
 
 
@@ -187,7 +188,7 @@ class DiagnosisOptions:
     def _without_few(self, campaign: Campaign, names: tuple[str, ...], decided: DecidedCampaign,
                      progress: Callable[[str], None]) -> tuple[DecidedCampaign, dict[str, str]]:
         """Return what is decided without the few recordings that hold most of what remains, if that is better, and what to say of it."""
-        apart = recordings_apart(decided.rest, decided.proof, names)
+        apart = recordings_apart(decided.rest, decided.heldout, names)
         if not apart:
             return decided, {}
         progress(f"without {', '.join(sorted(apart))}")
@@ -195,7 +196,7 @@ class DiagnosisOptions:
             others = _decide_on(campaign, tuple(name for name in names if name not in apart), self, progress)
         except NEVER_FATAL as error:
             return decided, {"without_recordings": f"not judged without {', '.join(sorted(apart))}: {error}"}
-        better = others.found.decided.claimed.chosen and leaves_less(decided.proof, others.proof, apart)
+        better = others.found.decided.claimed.chosen and leaves_less(decided.heldout, others.heldout, apart)
         return (others, {"left_out": apart_sentence(apart)}) if better else (decided, {})
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from nnhydro.diagnosis.constants import NULL_QUANTILE, RELEVANT
 from nnhydro.diagnosis.decision.decide import Decision
-from nnhydro.diagnosis.decision.heldout_errors import Proof
+from nnhydro.diagnosis.decision.heldout_errors import HeldoutErrors
 from nnhydro.diagnosis.decision.other_bands import OtherBand
 from nnhydro.diagnosis.experiment.proposal import Proposal
 from nnhydro.diagnosis.findings.finding import Finding
@@ -20,13 +20,13 @@ from nnhydro.sheet import percent
 
 SCHEMA = "nnhydro/diagnosis/1"
 NEXT = "next_experiment.csv"
-RECALIBRATED = 1.1  # times the error with masses and coefficients fitted: from there on the verdict tells what their fit changes
+RECALIBRATED = 1.1  # error as given over that of the recalibrated baseline; from here on the verdict reports the recalibration
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class DiagnosisResult:
-    """The mismatch between a baseline and a campaign: is there one, where, what is omitted, and the proof."""
+    """The mismatch between a baseline and a campaign: is there one, where, what is omitted, and the errors on held-out recordings."""
 
     baseline: TorqueModel
     corrected: TorqueModel
@@ -34,7 +34,7 @@ class DiagnosisResult:
     seconds: float
     p_value: float
     noise_floor: float
-    proof: Proof
+    heldout: HeldoutErrors
     location: list[Location]
     findings: list[Finding]
     remainder: Remainder
@@ -53,11 +53,11 @@ class DiagnosisResult:
 
     def document(self) -> dict[str, Any]:
         """Return what diagnosis.json holds."""
-        given = {} if self.proof.as_given is None else {"error_as_given": self.proof.as_given}
+        given = {} if self.heldout.as_given is None else {"error_as_given": self.heldout.as_given}
         rehearsal = {} if self.rehearsal is None else {"rehearsal": self.rehearsal}
         return {"schema": SCHEMA, "baseline": self.baseline_name, "seconds": round(self.seconds, 2),
-                "mismatch": {"detected": self.detected, "p_value": self.p_value, "error": self.proof.before,
-                             "noise_floor": self.noise_floor, "scale": self.proof.scale, **given},
+                "mismatch": {"detected": self.detected, "p_value": self.p_value, "error": self.heldout.before,
+                             "noise_floor": self.noise_floor, "scale": self.heldout.scale, **given},
                 "decisions": [decision.document() for decision in self.decisions],
                 "other_bands": [band.document() for band in self.other_bands],
                 "location": [place.document() | {"where": self.baseline.arm.text(place.where)} for place in self.location if self.detected],
@@ -70,7 +70,7 @@ class DiagnosisResult:
         """What no finding explains, as a sentence; empty where nothing is left but noise."""
         if not self.remainder.detected:
             return ""
-        floor = f"Noise alone would leave {percent(self.noise_floor)}: a" if self.noise_floor < self.proof.after else "A"
+        floor = f"Noise alone would leave {percent(self.noise_floor)}: a" if self.noise_floor < self.heldout.after else "A"
         return f" {floor} systematic residual remains that no known effect explains.{self._depends('It')}"
 
     def _depends(self, subject: str) -> str:
@@ -99,13 +99,13 @@ class DiagnosisResult:
 
     def _simulation(self) -> str:
         """What recalibration beside the user's own simulation does, as a sentence; empty for physics of ours, or where it does nothing."""
-        given = self.proof.as_given
-        if given is None or given < RECALIBRATED * self.proof.before:
+        given = self.heldout.as_given
+        if given is None or given < RECALIBRATED * self.heldout.before:
             return ""
         changes = [f"{symbol} changes by {', '.join(f'{x:+.2f}' for x in self.recalibrated[key])}"
                    for key, symbol in (("cd", "C_D"), ("cm", "C_M")) if key in self.recalibrated]
         return (f" The simulation itself has an error of {percent(given)}. With masses and coefficients refitted, "
-                f"{percent(self.proof.before)} remains{': ' if changes else ''}{', '.join(changes)}.")
+                f"{percent(self.heldout.before)} remains{': ' if changes else ''}{', '.join(changes)}.")
 
     def _findings_text(self) -> str:
         following = "" if self.following is None else f" {self.following.statement()}"
@@ -119,13 +119,13 @@ class DiagnosisResult:
 
     def _error_text(self, with_them: str) -> str:
         """What the findings do to the error on what was held out, or why they do nothing to it."""
-        before, after = percent(self.proof.before), percent(self.proof.after)
-        if self.proof.after < (1 - RELEVANT) * self.proof.before:
-            return f"{with_them}, the error on {self.proof.held_out} held out of the fit falls from {before} to {after}."
+        before, after = percent(self.heldout.before), percent(self.heldout.after)
+        if self.heldout.after < (1 - RELEVANT) * self.heldout.before:
+            return f"{with_them}, the error on {self.heldout.unit} held out of the fit falls from {before} to {after}."
         if not all(finding.predicted for finding in self.findings):
             why = ("Its phase wanders, and cannot be predicted" if any(finding.law.per_recording for finding in self.findings) else
                    "When it acts cannot be predicted, and its values are less certain than the intervals say")
-            return f"{why}: the error on {self.proof.held_out} held out of the fit stays {before}."
+            return f"{why}: the error on {self.heldout.unit} held out of the fit remains {before}."
         return f"A fit without it has the same error, {before}, but moves masses or coefficients beyond their uncertainty."
 
     def _stated_friction(self, finding: Finding) -> str:

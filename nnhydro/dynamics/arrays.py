@@ -19,7 +19,7 @@ def _tensor(x: Any, name: str) -> Tensor:
     try:
         made = x.to(torch.float64) if isinstance(x, Tensor) else torch.from_numpy(np.array(x, dtype=np.float64))
     except (TypeError, ValueError) as cause:
-        raise ModelError(f"{name} = {x!r:.80} is no array of numbers: {cause}") from cause
+        raise ModelError(f"{name} = {x!r:.80} is not an array of numbers: {cause}") from cause
     require(bool(torch.isfinite(made.detach()).all()), f"{name} holds NaN or infinite values: a state must be finite", ModelError)
     return made
 

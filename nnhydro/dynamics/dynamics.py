@@ -79,7 +79,7 @@ def _of(model: Any) -> TorqueModel:
     if isinstance(model, str | Path):
         return load_model(Path(model))
     inner = getattr(model, "torque_model", model)
-    require(isinstance(inner, TorqueModel), f"{model!r:.80} is no model: give what load_model, identify, train or diagnose returned, or "
+    require(isinstance(inner, TorqueModel), f"{model!r:.80} is not a model: give what load_model, identify, train or diagnose returned, or "
             "the folder of a model", ModelError)
     assert isinstance(inner, TorqueModel)
     return inner

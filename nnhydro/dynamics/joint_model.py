@@ -63,7 +63,7 @@ def mechanics(model: TorqueModel, left_out: list[str], retained: Sequence[str] =
         return model if model.baseline is None else replace(model, baseline=mechanics(model.baseline, left_out, retained))
     if isinstance(model, CorrectedSimulation):
         if model.simulation is None:
-            raise ModelError("this model is a correction of torques that were simulated elsewhere: it is no dynamics by itself; diagnose "
+            raise ModelError("this model is a correction of torques that were simulated elsewhere: it has no dynamics of its own; diagnose "
                              "against a baseline of ours (--baseline constant), or add it to your own simulation")
         before, after = _mechanical(model.before, [], retained), _mechanical(model.after, left_out, retained)
         return replace(model, simulation=mechanics(model.simulation, left_out, retained), before=before, after=after)

@@ -1,4 +1,4 @@
-"""A drive that gives way: the sensor reads the angle of the drive, the link is turned by a twist that depends on the torque.
+"""A compliant drive: the sensor reads the angle of the drive, and a twist that depends on the torque turns the link.
 
     q_link = q_drive + twist,   tau = tau(q_link, dq_link/dt, d2q_link/dt2)
 
@@ -45,7 +45,7 @@ def turned_reading(seen: SensorView, joint: int, twist: Callable[[Tensor], Tenso
 
 
 def _fixed_point(seen: SensorView, joint: int, twist: Callable[[Tensor], Tensor], torque_at: Callable[[Tensor], Tensor]) -> Tensor:
-    """The reading at which the twist is that of its own torque; `torque_at(turn)` is the torque where the joint turns by so much."""
+    """The reading at which the twist is that of its own torque; `torque_at(turn)` is the torque with the joint turned by that angle."""
     tau, size = seen.tau, float("inf")
     for _ in range(ROUNDS):
         after = torque_at(twist(seen.joint_torque(tau)[:, joint - 1]))

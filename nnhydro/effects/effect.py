@@ -78,7 +78,7 @@ class Effect(ParametricTerm):
 
     @classmethod
     def details(cls) -> dict[str, tuple[float, ...]]:
-        """Return the values of each parameter that is asked once the effect is found."""
+        """Return the values of each parameter that is refined once the effect is found."""
         return {declaration.name: declaration.metadata["detail"] for declaration in cls.parameters() if declaration.metadata["detail"]}
 
     @classmethod
@@ -89,7 +89,7 @@ class Effect(ParametricTerm):
         return (0,) if cls.acts == "arm" else tuple(range(1, arm.n_links + 1))
 
     def narrower(self) -> tuple[Self, ...]:
-        """Return the laws of fewer parameters that are tried besides: what is left out has no values at all; none by default."""
+        """Return laws with fewer parameters that are also tried; an omitted parameter has no values. None by default."""
         return ()
 
     def centre(self, angles: tuple[float, ...]) -> Self:
@@ -101,7 +101,7 @@ class Effect(ParametricTerm):
         return self
 
     def plausible(self) -> bool:
-        """Return whether the values make sense together, beyond each one's own bounds; a mechanism that cannot be is not claimed."""
+        """Return whether the values, each within its bounds, are possible together; an impossible mechanism is not claimed."""
         return True
 
     def narrowest(self) -> float:
@@ -113,7 +113,7 @@ class Effect(ParametricTerm):
         return float("inf")
 
     def quantities(self) -> dict[str, Quantity]:
-        """Return what a person wants to know, in units: by default the parameters themselves."""
+        """Return the quantities to report, with units: by default the parameters themselves."""
         linear = dict(zip(self.linear_names(), zip(self.linear_values().tolist(), self.linear_units(), strict=True), strict=True))
         shape = {declaration.name: (value, declaration.metadata["unit"]) for declaration in self.parameters()
                  if not declaration.metadata["linear"] for value in getattr(self, declaration.name)}
@@ -165,7 +165,7 @@ class InstrumentEffect(Effect, ABC):
         return self.columns(seen) @ self.linear_values()
 
     def tangent(self, seen: SensorView) -> Tensor:
-        """Return d reading / d linear parameter (n, joints, p) about the effect's own values; by default the columns about no effect."""
+        """Return d reading / d linear parameter (n, joints, p) about the effect's values; by default the columns about no effect."""
         return self.columns(seen)
 
     def extra_starts(self, seen: SensorView) -> tuple["InstrumentEffect", ...]:
@@ -173,7 +173,7 @@ class InstrumentEffect(Effect, ABC):
         return ()
 
     def for_prediction(self, offset: float) -> "InstrumentEffect":
-        """Return what of the effect a prediction holds; `offset` N m is the last recording's own, where each has one."""
+        """Return the effect as it enters predictions; `offset` N m is that of the last recording, if each has one."""
         return self
 
     def secant(self, seen: SensorView) -> Tensor:
@@ -186,7 +186,7 @@ class InstrumentEffect(Effect, ABC):
         return self._secant_to(seen, self.apply(seen)) if bool(self.linear_values().any()) else self.columns(seen)
 
     def rough_secant(self, seen: SensorView) -> Tensor:
-        """Return the columns of `secant`, only nearly where that takes much less time: enough to see what is worth a closer look."""
+        """Return the columns of `secant`, approximately if that is much faster: enough to decide what to fit exactly."""
         return self.secant(seen)
 
     def _tangent_from(self, seen: SensorView, reading: Tensor) -> Tensor:

@@ -1,4 +1,4 @@
-"""Effects in a Python file of the user: the file is run, and what its effects return is checked, so that a fault is told by its line."""
+"""Effects in a Python file of the user: the file is run, and what its effects return is checked. A fault is reported with its line."""
 
 import importlib.util
 import sys

@@ -1,4 +1,4 @@
-"""A number for people: value, unit, and a 95 % interval where there is one."""
+"""A number to report: value, unit, and a 95 % interval where there is one."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What an instrument effect looks at: the model's own reading, how it changes in time, and how it changes with motion and water."""
+"""What an instrument effect uses: the model's reading, how it changes in time, and how it changes with motion and water."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace

@@ -27,11 +27,11 @@ class Standing:
     """One model's result: misfit of every held-out unit fold by fold, time spent fitting, and the folds' models."""
 
     name: str
-    by_fold: list[dict[str, Misfit]] = field(default_factory=list)  # by unit, one a fold
+    by_fold: list[dict[str, Misfit]] = field(default_factory=list)  # by unit, one per fold
     fit_s: float = 0.0
-    models: list[TorqueModel] = field(default_factory=list)  # one a fold
-    coverage: list[Coverage] = field(default_factory=list)  # of held-out units, where the model knows its std; one a fold
-    fitted_coverage: list[Coverage] = field(default_factory=list)  # of some fitted units, one a fold
+    models: list[TorqueModel] = field(default_factory=list)  # one per fold
+    coverage: list[Coverage] = field(default_factory=list)  # of held-out units, where the model knows its std; one per fold
+    fitted_coverage: list[Coverage] = field(default_factory=list)  # of some fitted units, one per fold
 
     def add(self, fold: "Standing") -> None:
         """Take in what one more fold says."""
@@ -129,7 +129,7 @@ class BenchmarkResult:
                 "versions": versions() | {"campaign_sha256": digests[0] if len(digests) == 1 else digests}}
 
     def verdict(self) -> str:
-        """Return who won, in a sentence with numbers; where nobody explains the torques, it says that."""
+        """Return the best model in a sentence with numbers, or that no model explains the torques."""
         ranking = self.ranking()
         best = self.standings[ranking[0]].pooled.error
         if best > UNEXPLAINED:

@@ -68,12 +68,12 @@ def _stored_entry(folder: Path, campaigns: Sequence[Campaign]) -> ModelEntry:
 
 
 def default_names(arm: Arm) -> tuple[str, ...]:
-    """Return who takes part where nobody is named: the physics that makes sense in this fluid, the network and the hybrid."""
+    """Return the default entries: the physics that makes sense in this fluid, the network and the hybrid."""
     return (("rigid",) if arm.dry else tuple(BASELINES)) + LEARNED
 
 
 def all_names(arm: Arm) -> tuple[str, ...]:
-    """Return who takes part where `--models all` is asked for: the default and every comparator."""
+    """Return the entries of `--models all`: the default ones and every comparator."""
     return (*default_names(arm), *comparators())
 
 

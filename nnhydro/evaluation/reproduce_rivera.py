@@ -1,4 +1,4 @@
-"""Rivera's identifier as a study: which inputs, which layers, how many neurons and recordings, what its gain matrix and L/D are worth.
+"""Rivera's identifier as a study: inputs, layers, neurons, recordings, the gain matrix, and an arm of another L/D.
 
 The text of Rivera (1995) that we have ends in section 4.2: his input sets, networks and results (sections 4.3 to 5) are lost, and no
 figure of his can be compared. The study asks his questions of a campaign. Errors are sum |tau - network| / sum |tau| on recordings that
@@ -136,7 +136,7 @@ def _slenderness(choice: Identifier, fitted: Sequence[Unit], left: Sequence[Unit
 
 
 def reproduce(campaign: Campaign, seed: int = 0, epochs: int = 150, say: Say = lambda text: None) -> RiveraReproduction:
-    """Return the study on `campaign`, two links and water; some thirty trainings, `say` is told each."""
+    """Return the study on `campaign`, two links and water; some thirty trainings, each reported by `say`."""
     how, arm = campaign.plan(), campaign.arm
     every = units(campaign, how, seed, group_names(campaign))
     out = folds(every, FOLDS, seed)[0]

@@ -2,7 +2,7 @@
 
     rigid body   what a deviation of one link's mass m, mass centre c or inertia I by `known_to` adds:
                  d(m, h, J) = G d(m, c, I),   h = m c,  J = I + m c^2,   cov = k^2 G diag(m^2, c^2, I^2) G'
-    axial        drag 1/2 rho D L |u_x| u_x and added mass rho pi D^2/4 L du_x, a coefficient a link
+    axial        drag 1/2 rho D L |u_x| u_x and added mass rho pi D^2/4 L du_x, one coefficient per link
 
 A baseline settles its masses while it knows nothing of what is learned beside it; here they are found together with the law of the strips,
 their coefficients in units of one standard deviation. All columns change sign with the mirror and, without weight, vanish at rest.

@@ -28,7 +28,7 @@ def soft_limit(x: Tensor) -> Tensor:
 
 
 def link_columns(view: View, load: Tensor, x: Tensor, only: int | None = None) -> list[Tensor]:
-    """Return the scaled torques (n,) of the strip loads `load` (n, links, s) N at `x` (links, s) m, one a pair of drive and link.
+    """Return the scaled torques (n,) of the strip loads `load` (n, links, s) N at `x` (links, s) m, one per pair of drive and link.
 
     `only` keeps the pairs of one link.
     """

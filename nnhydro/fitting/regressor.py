@@ -50,7 +50,7 @@ def _ridge(x: Array, y: Array, train: NDArray[np.bool_], usable: NDArray[np.bool
 class TorqueRegressor(RegressorMixin, BaseEstimator):  # type: ignore[misc]  # scikit-learn ships no types
     """Ensemble of tanh networks beside a linear part.
 
-    `hidden` sizes of the layers; `members` of the ensemble; `epochs` at most, `patience` without improvement; `batch` rows a step;
+    `hidden` sizes of the layers; `members` of the ensemble; `epochs` at most, `patience` without improvement; `batch` rows per step;
     `learning_rate`, `weight_decay` of AdamW; `validation_share` of the rows (or groups) each member only watches; `parity` (features,) of
     +1 and -1, None for no symmetry; `random_state` of weights, order and watched rows. Invalid numbers raise ValueError in `fit`.
     """

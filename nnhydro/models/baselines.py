@@ -39,7 +39,7 @@ BASELINES = {baseline.name: baseline for baseline in (
     NamedBaseline("rigid", "the dry arm: no water", _dry, calibrated=True),
     NamedBaseline("textbook", "strip theory with Cd = 1.2, Cm = 1", lambda arm: _water(arm, 1.2, 1.0), calibrated=False),
     NamedBaseline("drag-only", "strip theory with Cd = 1.1, no added mass", lambda arm: _water(arm, 1.1, None), calibrated=False),
-    NamedBaseline("constant", "strip theory with one fitted Cd and Cm a link", lambda arm: _water(arm, 1.1, 0.8), calibrated=True),
+    NamedBaseline("constant", "strip theory with one fitted Cd and Cm per link", lambda arm: _water(arm, 1.1, 0.8), calibrated=True),
     NamedBaseline("state", "strip theory with fitted Cd(s/D), Cm(s/D): McLain & Rock's state-dependent model",
              lambda arm: with_stated(state_loads(arm), arm), calibrated=True),
 )}

@@ -4,7 +4,7 @@ Every model says it in its record (`fit["seen"]`, in model.json): the sha256 of 
 and its marks (recordings/content_hash.py). A model without that record may have seen anything.
 
     record["seen"] = seen_record(units(campaign, how), baseline)        whoever fits or chooses writes it
-    marks_seen_by(model)                                                None: nobody knows
+    marks_seen_by(model)                                                None: unknown
 """
 
 from collections.abc import Iterable

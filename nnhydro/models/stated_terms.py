@@ -1,6 +1,6 @@
 """What arm.yaml states of friction and drives beforehand, as load terms: from a data sheet, or from a run in air.
 
-    friction: [{coulomb_Nm: 0.12, viscous_Nm_s: 0.05, known_to: 0.2}, {}]        one entry a joint; what is left out is not stated
+    friction: [{coulomb_Nm: 0.12, viscous_Nm_s: 0.05, known_to: 0.2}, {}]        one entry per joint; what is left out is not stated
     drive: {rotor_inertia_kg_m2: [0.02, 0.01], known_to: 0.1}
 
 Every baseline holds them, a calibrated one within what is known of them (fitting/linear/prior.py): each value is one standard deviation

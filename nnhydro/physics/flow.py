@@ -231,7 +231,7 @@ class Flow:
         return self._with_hub(lever, torch.cos(self.phi), torch.sin(self.phi))
 
     def normal_columns(self, force: Tensor, moment: Tensor) -> Tensor:
-        """Return the joint torques (n, joints, links) of normal loads, one column a link.
+        """Return the joint torques (n, joints, links) of normal loads, one column per link.
 
         `force` (n, links) N acts along n_i; `moment` (n, links) N m is the load's moment about the link's own joint. The joint of a linear
         axis feels the force itself.
@@ -241,7 +241,7 @@ class Flow:
         return self.outboard * moment[:, None, :] + self.lever_normal * force[:, None, :]
 
     def axial_columns(self, force: Tensor) -> Tensor:
-        """Return the joint torques (n, joints, links) of axial loads `force` (n, links) N along e_i, one column a link."""
+        """Return the joint torques (n, joints, links) of axial loads `force` (n, links) N along e_i, one column per link."""
         return self.lever_axial * force[:, None, :]
 
     def middle_columns(self, across: Tensor, along: Tensor) -> Tensor:

@@ -18,7 +18,7 @@ def tensor(x: ArrayLike) -> Tensor:
 
 
 def _each_link(x: Tensor) -> Tensor:
-    """A vector a row (n, 2) as one for all links (n, 1, 2); one a link (n, links, 2) as it is."""
+    """One vector per row (n, 2) as one for all links (n, 1, 2); one per link (n, links, 2) as it is."""
     return x if x.dim() == 3 else x[:, None, :]
 
 
@@ -107,7 +107,7 @@ class Motion:
 
     @staticmethod
     def at(q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, u0: ArrayLike = 0.0, du0: ArrayLike = 0.0) -> "Motion":
-        """Return unrelated states, one a row (`steady`): q, qd, qdd (n, links), u0, du0 (n,) or scalars."""
+        """Return unrelated states, one per row (`steady`): q, qd, qdd (n, links), u0, du0 (n,) or scalars."""
         q_ = tensor(np.atleast_2d(np.asarray(q, dtype=float)))
         qd_, qdd_ = (tensor(np.broadcast_to(np.asarray(x, dtype=float), q_.shape)) for x in (qd, qdd))
         u0_, du0_ = (tensor(np.broadcast_to(np.asarray(x, dtype=float), q_.shape[:1])) for x in (u0, du0))

@@ -21,7 +21,7 @@ ANY_SIZE, ANY_VALUE = (0.0, 1e12), (-1e12, 1e12)  # bounds of what has a unit of
 
 def parameter(unit: str, start: float, bounds: tuple[float, float], meaning: str, per: str = "link", linear: bool = True,
               grid: Sequence[float] = (), absent: bool = False, detail: Sequence[float] = ()) -> Any:
-    """Return a dataclass field for a parameter: a tuple with one value a link, a joint, a joint but one, or one for the arm.
+    """Return a dataclass field for a parameter: a tuple with one value per link, per joint, per joint but one, or one for the arm.
 
     `start` is where fits begin, `bounds` what physics allows, `linear` whether the torque is proportional to it; `grid` holds the values
     from which a search over a parameter that is not linear starts, `detail` those that are tried once the rest is found. One that may be

@@ -33,7 +33,7 @@ class Strips:
     per_link: int = 10
 
     def __post_init__(self) -> None:
-        require(self.per_link >= 1, f"{self.per_link} strips a link: at least 1 is needed, 10 are usual")
+        require(self.per_link >= 1, f"{self.per_link} strips per link: at least 1 is needed, 10 are usual")
 
     @staticmethod
     def of(flow: Flow, per_link: int = 10) -> "Strips":
@@ -65,5 +65,5 @@ class Strips:
         return f.sum(-1) * self.ds, (f * self.x).sum(-1) * self.ds
 
     def to_joints(self, f: Tensor) -> Tensor:  # (n, joints, links) N m
-        """Return the joint torques of `f` (n, links, s) N/m, one column a link."""
+        """Return the joint torques of `f` (n, links, s) N/m, one column per link."""
         return self.flow.normal_columns(*self.force_moment(f))

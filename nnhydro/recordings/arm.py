@@ -47,7 +47,7 @@ class Drive(Settings):
     kind: Literal["direct", "remote"] = "direct"
     pulley_ratio: float = Field(default=1.0, gt=0, le=100)
     angle2: Literal["relative", "absolute"] = "relative"
-    rotor_inertia_kg_m2: tuple[Annotated[float, NonNegative], ...] | None = None  # one a joint, as felt there; None: not stated
+    rotor_inertia_kg_m2: tuple[Annotated[float, NonNegative], ...] | None = None  # one per joint, as felt there; None: not stated
     known_to: float = Field(default=0.1, ge=0, le=1)  # relative standard uncertainty of the rotor inertias
 
     @model_validator(mode="after")
@@ -166,7 +166,7 @@ class Arm(Settings):
 
     @model_validator(mode="after")
     def _one_entry_a_joint(self) -> "Arm":
-        """Lists that hold a value a joint have as many entries as links."""
+        """Lists that hold one value per joint have as many entries as links."""
         for key, given in (("joints", self.joints), ("friction", self.friction),
                            ("drive.rotor_inertia_kg_m2", self.drive.rotor_inertia_kg_m2)):
             if given is not None and len(given) != len(self.links):

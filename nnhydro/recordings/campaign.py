@@ -202,8 +202,8 @@ def open_campaign(root: Path, column_map: Path | None = None) -> Campaign:
     files = _files(root / "recordings")
     steady = tuple(every_one(tuple(_files(root / "steady").values()), lambda path: read_steady(path, arm, mapping)))
     if not files and not steady:
-        raise CampaignError(f"{root}: holds neither recordings nor steady runs: put the logs into recordings/ there, one file a run "
-                            f"({', '.join(FORMATS)}), or a table of steady runs, one row a run, into steady/")
+        raise CampaignError(f"{root}: holds neither recordings nor steady runs: put the logs into recordings/ there, one file per run "
+                            f"({', '.join(FORMATS)}), or a table of steady runs, one row per run, into steady/")
     return Campaign(arm, tuple(files), partial(_read, files, arm, mapping), steady, root, mapping)
 
 

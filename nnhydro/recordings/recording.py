@@ -1,4 +1,4 @@
-"""What one file holds: a recording (a run of the arm against time) or a steady table (one row a run)."""
+"""What one file holds: a recording (a run of the arm against time) or a steady table (one row per run)."""
 
 from dataclasses import dataclass, fields, replace
 from typing import final
@@ -105,7 +105,7 @@ class Recording:
 @final
 @dataclass(frozen=True, eq=False)
 class SteadyTable:
-    """A table of steady runs, one row a run: locked tows and constant rotations, torques averaged over the run."""
+    """A table of steady runs, one row per run: locked tows and constant rotations, torques averaged over the run."""
 
     name: str
     run: tuple[str, ...]  # (n,) name of each run

@@ -83,7 +83,7 @@ def repeated_recordings(campaign: Campaign) -> tuple[tuple[str, ...], ...]:
 
 
 def copied_recordings(campaign: Campaign) -> tuple[tuple[str, ...], ...]:
-    """Return groups of two or more recordings that hold the same numbers, to all digits or fewer: copies of one run, no repeats of it."""
+    """Return groups of two or more recordings that hold the same numbers, to all digits or fewer: copies of one run, not repeats."""
     leaders: dict[str, str] = {}
     groups: dict[str, list[str]] = {}
     for name in campaign.names:

@@ -41,7 +41,7 @@ class Segment:
     sliding: bool = False  # of a linear axis: m and N where others have rad and N m
 
     def __post_init__(self) -> None:
-        """Complete what belongs together: accelerations that nobody gave are 0."""
+        """Complete what belongs together: accelerations that are not given are 0."""
         for rate, slope in (("base", "dbase"), ("current", "dcurrent")):
             if getattr(self, rate) is not None and getattr(self, slope) is None:
                 object.__setattr__(self, slope, np.zeros_like(getattr(self, rate)))

@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 
 def with_heading(r: Recording) -> Recording:
-    """Return `r` with the heading of its base, where that turns and nobody measured it: the integral of the yaw rate, 0 at the first row.
+    """Return `r` with the heading of its base, where it turns and none was measured: the integral of the yaw rate, 0 at first.
 
     Taken over the whole recording, rows without a finite yaw rate bridged, so that its stretches share one heading.
     """

@@ -60,7 +60,7 @@ def new_figure(width: float, height: float, layout: Literal["constrained"] | Non
 
 
 def _rows(number: int, axes: "Axes") -> list[tuple[object, ...]]:
-    """Every line, bar and filled cell of one panel, a row a point."""
+    """Every line, bar and filled cell of one panel, one row per point."""
     from matplotlib.collections import QuadMesh
     from matplotlib.container import BarContainer
 

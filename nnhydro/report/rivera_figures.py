@@ -1,4 +1,4 @@
-"""Pictures of Rivera's identifier as a study of its own; lines differ in dash and marker as well as colour."""
+"""Pictures of the study of Rivera's identifier; lines differ in dash and marker as well as colour."""
 
 from collections.abc import Callable
 from pathlib import Path

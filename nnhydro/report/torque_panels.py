@@ -1,7 +1,7 @@
 """Torque against time: measured and modelled curves of one recording, and what the models leave, a pair of panels a joint.
 
 The only drawing of these curves, on a page and in a file. Steady runs are drawn as marks against what their table varies. Lines differ in
-dash and width as well as in colour, marks in shape, so that they can be told apart in grey and by colour-blind readers.
+dash and width as well as in colour, marks in shape, so that they can be distinguished in grey and by colour-blind readers.
 """
 
 from collections.abc import Mapping, Sequence

@@ -147,14 +147,14 @@ def comment_text(text: str) -> str:
 
 
 def _no_number(constant: str) -> None:
-    raise ValueError(f"{constant} is no number in JSON")
+    raise ValueError(f"{constant} is not a number in JSON")
 
 
 def read_json(path: Path, error: type[NnhydroError], largest: int = LARGEST_JSON) -> dict[str, Any]:
     """Return the JSON object in `path`; raise `error` with one line where it is missing, larger than `largest` bytes or no JSON object."""
     try:
         if not path.is_file():
-            raise error(f"{path}: {'is no file' if path.exists() else 'does not exist'}: check the path")
+            raise error(f"{path}: {'is not a file' if path.exists() else 'does not exist'}: check the path")
         if path.stat().st_size > largest:
             raise error(f"{path}: holds more than {largest} bytes: is this the right file?")
         document = json.loads(path.read_text(encoding="utf-8"), parse_constant=_no_number)

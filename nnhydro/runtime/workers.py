@@ -30,7 +30,7 @@ class WorkerError(NnhydroError):
 @final
 @dataclass(frozen=True)
 class Workers:
-    """Who works: `jobs` processes of this machine (-1: one a core), or all workers of the dask scheduler at the address `scheduler`."""
+    """Who works: `jobs` processes of this machine (-1: one per core), or all workers of the dask scheduler at the address `scheduler`."""
 
     jobs: int = 1
     backend: str = "processes"

@@ -53,7 +53,7 @@ def model_inside(name: str, arm: Arm, folder: Path | None) -> JointModel:
 
 
 class Controller(Settings):
-    """Gains (one, or one a joint), the largest torque, what is seen, and how often the controller acts (default: once a sample)."""
+    """Gains (one, or one per joint), the largest torque, what is seen, and how often the controller acts (default: once a sample)."""
 
     kind: Literal["pd", "pid", "computed_torque", "sliding_mode"]
     kp: PerJointMagnitude
@@ -84,8 +84,8 @@ class Controller(Settings):
         limit = np.full(n, np.inf) if self.torque_limit_Nm is None else spread(self.torque_limit_Nm, n, "controller.torque_limit_Nm")
         gains = {name: tensor(spread(getattr(self, name), n, f"controller.{name}")) for name in ("kp", "kd", "ki", "slope", "boundary")}
         late = self.delay_s * rate
-        require(abs(late - round(late)) < 1e-6 * max(1.0, late), f"controller.delay_s: {self.delay_s:g} s is no whole number of periods of "
-                f"{rate:g} Hz", ConfigError)
+        require(abs(late - round(late)) < 1e-6 * max(1.0, late), f"controller.delay_s: {self.delay_s:g} s is not a whole number of periods "
+                f"of {rate:g} Hz", ConfigError)
         inside = Inside(model_inside(self.model, arm, folder)) if self.kind in WITH_MODEL else None
         step = None if self.encoder_counts_per_rev is None else 2 * np.pi / self.encoder_counts_per_rev
         return TorqueLaw(self.kind, **gains, limit=tensor(limit), inside=inside, period=1 / rate, late=round(late), step=step,

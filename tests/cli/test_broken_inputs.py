@@ -82,7 +82,7 @@ BROKEN: dict[str, tuple[Break, str, str]] = {
     "folder among the runs": (folder, r"day2: is a folder", r"move its files up into recordings/"),
     "same name twice": (twin, r"run1\.parquet: the name 'run1' is taken by run1\.csv", r"rename one"),
     "broken link": (locked, r"run1\.csv: does not exist", r"check the path"),
-    "no runs": (gone, r"holds neither recordings nor steady runs", r"put the logs into recordings/ there, one file a run \(\.csv"),
+    "no runs": (gone, r"holds neither recordings nor steady runs", r"put the logs into recordings/ there, one file per run \(\.csv"),
     "no arm": (lambda root: (root / "arm.yaml").unlink(), r"has no arm\.yaml", r"write one .*or make it from a URDF: nnhydro arm FILE\.urdf --out .*/arm\.yaml$"),
     "unknown key": (arm("length_m", "lenght_m"), r"unknown key 'links\[0\]\.lenght_m'", r"did you mean 'length_m'\? \(and 1 more to mend\)"),
     "missing key": (arm("mass_kg: 1.0, ", ""), r"key 'links\[0\]\.mass_kg' is missing", r"add it"),

@@ -114,8 +114,8 @@ def test_a_campaign_of_steady_tables_alone_is_usable(tmp_path: Path, capsys):
 
 
 @pytest.mark.parametrize(("column", "severity", "words"), [
-    ("carriage [mm/s]", "warning", "the carriage is taken to stand still"),
-    ("water temperature", "note", "nobody reads the column 'water temperature'")])
+    ("carriage [mm/s]", "warning", "the carriage is taken to be at rest"),
+    ("water temperature", "note", "nnhydro does not use the column 'water temperature'")])
 def test_a_column_that_nobody_reads_is_told_and_a_carriage_among_them_is_a_warning(column, severity, words, tmp_path, capsys):
     root = write_campaign(tmp_path / "campaign")
     for file in (root / "recordings").glob("*.csv"):

@@ -96,7 +96,7 @@ def test_a_folder_of_somebody_s_own_is_left_alone(tmp_path: Path, capsys: pytest
     assert "holds other files" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(("folder", "said"), [("nowhere", "is no suite"), ("suite", "is no folder")])
+@pytest.mark.parametrize(("folder", "said"), [("nowhere", "is not a suite"), ("suite", "is not a folder")])
 def test_reveal_says_what_it_cannot_find(folder: str, said: str, suite: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     place = suite if folder == "suite" else tmp_path / folder
     assert run(["reveal", str(place), "--diagnoses", str(tmp_path / "none")]) == 2

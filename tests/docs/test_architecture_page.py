@@ -73,7 +73,7 @@ def test_the_functions_between_the_command_and_the_line_that_decides_are_those_o
     whole = campaign(one, planted(one).plus("viscous_friction", ViscousTerm((0.5,))), count=4, noise=0.01)
     with pytest.raises(ReachedError):
         run(["diagnose", str(write_folder(whole, tmp_path / "campaign")), "--out", str(tmp_path / "out"), "--quiet"])
-    listed = re.findall(r"^\d\. `(?:\w+\.)?(\w+)` (?:in `([\w/.]+)`|beside)", made.PAGE.read_text(encoding="utf-8"), re.M)
+    listed = re.findall(r"^\d\. `(?:\w+\.)?(\w+)` (?:in `([\w/.]+)`|in the same file)", made.PAGE.read_text(encoding="utf-8"), re.M)
     assert [name for name, _ in called] == [name for name, _ in listed][:-1]
     assert [file for _, file in called] == [file for _, file in listed][:-1]
     assert listed[-1][0] == "_judge"

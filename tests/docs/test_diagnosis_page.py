@@ -29,6 +29,12 @@ def test_constants_are_few_and_each_has_its_reason():
         assert len(reason) > 20, f"{name} = {value} has no reason"
 
 
+def test_every_number_of_a_module_has_its_meaning():
+    found = made().constants_of_modules()
+    assert len(found) > 50
+    assert not [f"{module} {name}" for module, (name, _, meaning) in found if len(meaning.split()) < 3]
+
+
 def test_constants_that_the_text_names_are_there():
     named = set(re.findall(r"`([A-Z][A-Z_]{2,})`", PAGE.partition("## Constants")[0]))
     assert named

@@ -1,4 +1,4 @@
-"""How closely nnhydro meets the golden vectors: `python tests/physics/golden_deviations.py` prints one line a file.
+"""How closely nnhydro meets the golden vectors: `python tests/physics/golden_deviations.py` prints one line per file.
 
 `tolerance(file)` is what the golden file itself asks for, `deviations(file)` the worst that nnhydro does; tests and table share them.
 """

@@ -46,7 +46,7 @@ def arm_of(p: dict[str, Any], rigid: dict[str, Any] | None = None, **keys: Any) 
 
 
 def flow_of(arm: Arm, states: list[dict[str, float]]) -> Flow:
-    """Return the flow of golden `states`, one a row."""
+    """Return the flow of golden `states`, one per row."""
     def pair(stem: str) -> list[list[float]]:
         return [[s[f"{stem}1"], s[f"{stem}2"]] for s in states]
 

@@ -28,7 +28,7 @@ def total(links, reading, motion):
 
 
 def water_energy(a):
-    """Kinetic energy of the displaced water, two Gauss points a link: exact, for the velocity is linear along it."""
+    """Kinetic energy of the displaced water, two Gauss points per link: exact, for the velocity is linear along it."""
     L, D = tensor(a.L), tensor(a.D)
     mass = a.fluid.density_kg_m3 * pi * D**2 / 4 * L
 

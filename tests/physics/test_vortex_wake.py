@@ -155,7 +155,7 @@ def test_two_motions_separate_drag_from_inertia():
     curve = coefficients_across_motions((1.0, 2.0), 2.0)
     assert curve.C_M[0] == pytest.approx(1.0, abs=0.02)
     assert (np.diff(curve.C_M) < 0.02).all()
-    np.testing.assert_allclose(curve.s_over_D, np.arange(0.5, 2.05, 0.1), err_msg="ten values a diameter, from where half a one is behind")
+    np.testing.assert_allclose(curve.s_over_D, np.arange(0.5, 2.05, 0.1), err_msg="ten values per diameter, after the first half")
 
 
 def test_motions_that_nobody_names_are_those_of_speeds_that_grow_ever_later():

@@ -72,7 +72,7 @@ def test_the_users_own_simulation_may_be_the_baseline_as_a_column_or_as_a_model_
     for given in ("column", str(tmp_path / "model")):
         result = diagnose(simulated, given)
         assert [f.effect for f in result.findings] == ["umbilical_stiffness"]
-        assert result.proof.after < 0.7 * result.proof.before
+        assert result.heldout.after < 0.7 * result.heldout.before
         save_model(result.corrected, tmp_path / "corrected")
         again = load_model(tmp_path / "corrected")
         motion = Motion.at(np.zeros((1, len(campaign.arm.links))), *[np.zeros((1, len(campaign.arm.links)))] * 2)

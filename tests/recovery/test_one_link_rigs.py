@@ -124,7 +124,7 @@ def test_a_drag_crisis_that_other_drag_laws_resemble_on_the_grid_is_named_at_val
     found = nnhydro.diagnose(write(tmp_path / "crisis", "drag crisis"))
     assert [f.effect for f in found.findings] == ["reynolds_drag"], found.verdict()
     assert found.findings[0].parameters["critical"].value == pytest.approx(6e4, rel=0.05)
-    assert found.result.proof.after < 0.01
+    assert found.result.heldout.after < 0.01
 
 
 @pytest.mark.slow
@@ -169,7 +169,7 @@ def test_a_hull_that_softens_as_it_heels_is_named_with_its_damping(tmp_path):
     assert righting.effect == "righting_moment", found.verdict()
     assert righting.parameters["cubic"].value == pytest.approx(-2 * mass * 9.81 * height, rel=0.1)
     assert "viscous_friction" in damping.equivalence_set, found.verdict()
-    assert found.result.proof.after < 0.02 * found.result.proof.before
+    assert found.result.heldout.after < 0.02 * found.result.heldout.before
 
 
 @pytest.mark.slow

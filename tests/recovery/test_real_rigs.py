@@ -59,6 +59,6 @@ def test_what_is_known_of_a_real_rig_is_named_and_nothing_else(name):
 def test_the_corrected_model_of_a_real_rig_errs_no_more_than_its_card_says(name):
     answer, _ = known(name)
     told = diagnosed(name)
-    assert told.proof.after <= told.proof.before
+    assert told.heldout.after <= told.heldout.before
     if answer["error"] is not None:
-        assert told.proof.after < 1.1 * answer["error"]
+        assert told.heldout.after < 1.1 * answer["error"]

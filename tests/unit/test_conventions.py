@@ -22,9 +22,9 @@ def test_a_column_is_named_by_channel_joint_and_unit(channel, joint, sliding, na
 
 
 def test_a_channel_of_each_joint_needs_its_number_and_one_of_the_base_has_none():
-    with pytest.raises(ValueError, match="channel q is one a joint"):
+    with pytest.raises(ValueError, match="channel q is one per joint"):
         column("q")
-    with pytest.raises(ValueError, match="channel u0 is not one a joint"):
+    with pytest.raises(ValueError, match="channel u0 is not one per joint"):
         column("u0", 1)
 
 

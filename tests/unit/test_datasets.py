@@ -16,7 +16,7 @@ ROOT = Path(__file__).parents[2]
 GOLDEN = ROOT / "tests" / "golden"
 CARDS = sorted(p for p in (ROOT / "datasets").glob("*/card.toml") if (p.parent / "arm.yaml").is_file())  # suites: test_conceal.py
 SMALL = {"rivera_tank": "slew_jerk_both", "mclain_tank": "slew_30_a4", "ns_tank": "oscillate_kc3", "vortex_tank": "oscillate_kc3"}
-STRIP_SUM = 1e-4  # 60 midpoint strips a link against the integral, relative to the larger of the torque and 1 N m
+STRIP_SUM = 1e-4  # 60 midpoint strips per link against the integral, relative to the larger of the torque and 1 N m
 
 
 def load(name):

@@ -70,7 +70,7 @@ def test_check_sends_to_what_the_result_asks_for(tmp_path, capsys):
     good = write_folder(campaign(A, planted(A), 3, noise=0.02, seconds=4.0, rate=50.0), tmp_path / "good")
     bad = write_folder(copied(), tmp_path / "bad")
     lone = write_folder(campaign(A, planted(A), 1, noise=0.02, seconds=4.0, rate=50.0), tmp_path / "lone")
-    for folder, command in ((good, "nnhydro benchmark"), (bad, "mend what is named above"), (lone, "nnhydro identify")):
+    for folder, command in ((good, "nnhydro benchmark"), (bad, "correct what is named above"), (lone, "nnhydro identify")):
         assert run(["check", str(folder)]) == 0
         assert f"Next: {command}" in capsys.readouterr().out
 
@@ -105,7 +105,7 @@ def test_a_prediction_sends_to_what_its_result_asks_for(tmp_path, capsys):
         capsys.readouterr()
         assert run(["predict", str(tmp_path / "m"), str(tmp_path / f"{r.name}.csv"), "--out", str(tmp_path / "t")]) == 0
         out, err = capsys.readouterr()
-        assert f"Next: {words if not err else 'mend what is named above'}" in out
+        assert f"Next: {words if not err else 'correct what is named above'}" in out
 
 
 def test_a_baseline_that_has_seen_the_recordings_is_told(tmp_path, capsys):

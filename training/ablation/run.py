@@ -24,8 +24,8 @@ PAGE = """# Which inputs of the network reduce its error
 With all inputs the error is {all:.2f} %, without the law of the strips {lawless:.2f} %. With the law, but no feature except the
 constants of the arm, the error is {featureless:.2f} %. An input is useful if the error rises without it. Each error is that of one seed.
 
-The tank is synthetic, and made by this project. `interference` and `shadow` follow the geometry of the wake that it plants. What they gain
-here is no independent evidence ([record 0004](../../docs/decisions/0004-the-learned-law-of-the-strips-stands.md)).
+The tank is synthetic, and made by this project. `interference` and `shadow` follow the geometry of the wake that it plants. Their gain here
+is therefore not independent evidence ([record 0004](../../docs/decisions/0004-the-learned-law-of-the-strips-stands.md)).
 
 | left out | is | error without it | rises by | error with it alone, without the law |
 | --- | --- | --- | --- | --- |
@@ -66,7 +66,7 @@ def page(results):
     known = [(name, "feature set" if f"alone {name}" in found or name == "arm" else "variables of the law") for name in found
              if name not in ("everything", "lawless", "featureless") and not name.startswith("alone ")]
     return PAGE.format(
-        version=results["versions"]["nnhydro"], minutes=round(results["seconds"] / 60), campaign=config["campaign"],
+        version=results["versions"]["nnhydro"].partition("+")[0], minutes=round(results["seconds"] / 60), campaign=config["campaign"],
         folds=config["folds"], all=100 * found["everything"], lawless=100 * found["lawless"], featureless=100 * found["featureless"],
         rows="\n".join(row(*each) for each in sorted(known, key=lambda each: -found[each[0]])))
 

@@ -38,9 +38,9 @@ A line or cable fixed to the tank pulls at the tip of the arm of `datasets/ns_ta
 
 """
 TAIL = """
-The aim for the hybrid is at most 1.2 times the least error of gp, boosted-trees and mlp-raw. One of its choices was made on the torques of
-slack_line and cable: the width of the Gaussians in its part without symmetry. Its errors are therefore somewhat optimistic there. The bent
-link took no part in that choice.
+The target for the hybrid is at most 1.2 times the smallest error of gp, boosted-trees and mlp-raw. One of its choices was made on the
+torques of slack_line and cable: the width of the Gaussians in its part without symmetry. Its errors there are therefore somewhat
+optimistic. The bent link was not used for that choice.
 """
 
 
@@ -101,7 +101,7 @@ def entries_of(results: dict) -> list[tuple[str, str, str, dict]]:
 
 
 def page(results: dict, version: str, models: list[str]) -> str:
-    """The table of `version`: errors in %, a row a model."""
+    """The table of `version`: errors in %, one row per model."""
     made = {(model, line): entry for tree, line, model, entry in entries_of(results) if tree == version}
     rows = [(model, [f"{100 * made[model, line]['error']:.1f}" if (model, line) in made else "-" for line in results]) for model in models
             if any((model, line) in made for line in results)]

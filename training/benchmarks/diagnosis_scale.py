@@ -66,7 +66,7 @@ def campaign(folder: Path, count: int) -> Path:
 
 
 def main() -> None:
-    """Print one row a campaign and write diagnosis_scale.json."""
+    """Print one row per campaign and write diagnosis_scale.json."""
     rows = []
     print(f"{'recordings':>10} {'wall s':>8} {'cpu s':>8} {'MiB':>7}   named")
     for count in [int(x) for x in sys.argv[1:]] or COUNTS:

@@ -1,7 +1,7 @@
 """How long a diagnosis takes, against the plain way: `python training/benchmarks/diagnosis_speed.py`.
 
 One diagnosis of 20 recordings of 1,000 samples; the plain way computes the columns and refits for every hypothesis and every left-out
-recording (one pass of it; the diagnosis makes several and a proof), and a sample of these refits is timed. Seconds are those of the
+recording (one pass of it; the diagnosis makes several), and a sample of these refits is timed. Seconds are those of the
 processor, one thread. About two minutes.
 """
 

@@ -107,7 +107,7 @@ def prepared(campaign: Campaign, baseline: str) -> Data:
     chosen = _best(known, Y, X, y)
     starts = np.cumsum([0, *(hypothesis.width for hypothesis in known)])
     columns = np.concatenate([np.arange(starts[k], starts[k + 1]) for k in chosen])
-    noise = np.sqrt(first_noise(design).noise_variance.sum(axis=0) / design.time)
+    noise = np.sqrt(first_noise(design).noise_variance.sum(axis=0) / design.duration)
     recording = np.concatenate([np.full(len(rows), stretch.group) for stretch, rows in parts])
     names = [f"{x}{j + 1}{unit}" for x, unit in (("q", "_rad"), ("dq", "_rad_s"), ("ddq", "_rad_s2")) for j in range(campaign.arm.n_links)]
     state = []

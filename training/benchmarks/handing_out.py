@@ -44,7 +44,7 @@ def main() -> None:
         found["dask, two workers"] = measured(Workers(backend="dask", scheduler=cluster.scheduler_address))
     for name, cost in found.items():
         print(f"{name:28s} first result after {cost['first_s']:5.1f} s, then {cost['task_ms']:6.2f} ms a task; "
-              f"{cost['memory_mb']:.0f} MB a worker before any data")
+              f"{cost['memory_mb']:.0f} MB per worker before any data")
     print(machine("joblib", "distributed"))
     write_json(Path(__file__).with_suffix(".json"), {"costs": found, "machine": machine(), "versions": versions("joblib", "distributed")})
 

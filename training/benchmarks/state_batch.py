@@ -1,4 +1,4 @@
-"""Torque of model `state` (Cd(s/D), Cm(s/D), 10 strips a link) along a long run: `python training/benchmarks/state_batch.py`.
+"""Torque of model `state` (Cd(s/D), Cm(s/D), 10 strips per link) along a long run: `python training/benchmarks/state_batch.py`.
 
 The peer is numpy as a good hand writes it: strips along an axis, pieces of rows that stay in the cache, a reversal at every zero of a
 strip's velocity. It leaves out what only the model does (reversals of less than 0.03 D do not count, running starts, pauses) and has no

@@ -56,7 +56,7 @@ def version() -> str:
 
 
 def page(results: dict[str, Any]) -> str:
-    """A line a campaign, and what they say together."""
+    """A line per campaign, and what they say together."""
     names = sorted({name for row in results.values() for name in row["models"]}, key=lambda name: (name not in BASES, name))
     lines = ["| campaign | hidden | " + " | ".join(names) + " | noise floor | hybrid over floor | over best baseline |",
              "| --- " * (len(names) + 5) + "|"]

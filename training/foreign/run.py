@@ -3,8 +3,8 @@
 FOLDER holds case_NNN/ (campaigns), answers.json ({case: {"style", "hidden": [{"effect", "joint"}]}}) and truth_of_unseen/. A hidden effect
 may also `accept` names that its author finds as right, and act in a `part` of the campaign. A campaign is exact if every hidden effect is
 named, or lies in a class of at most three, at its joint, a part is claimed where there is one, and nothing else is said. What is diagnosed
-already in OUT is not diagnosed again. OUT/results.json holds a row a campaign and the summary. `run.py table` prints the table of README.md
-from the results stored here. HOW is
+already in OUT is not diagnosed again. OUT/results.json holds one row per campaign and the summary. `run.py table` prints the
+table of README.md from the results stored here. HOW is
 
     family-out           the family of what is hidden is taken out of the catalogue: whatever is named is wrong then, and only campaigns
                          that hide something are diagnosed
@@ -127,7 +127,7 @@ def as_logged(campaign: Any) -> Any:
 
 
 def main() -> None:
-    """Diagnose, print a row a campaign and the summary, write results.json."""
+    """Diagnose, print one row per campaign and the summary, write results.json."""
     import nnhydro
     from nnhydro.fitting.identify import versions
     from nnhydro.runtime.files import write_json

@@ -44,7 +44,7 @@ def told(claims: list[Claim]) -> str:
 
 
 def main() -> None:
-    """Print a row a bin of ten, then a row a file."""
+    """Print one row per bin of ten, then one row per file."""
     paths = [Path(x) for x in sys.argv[1:]] or [*sorted(HERE.glob("results_*.json")), *sorted(FOREIGN.glob("*_77.json"))]
     by_file = {path: claims_of(path) for path in paths}
     claims = [claim for found in by_file.values() for claim in found]

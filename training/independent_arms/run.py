@@ -2,8 +2,8 @@
 
 MODE healthy (the default): how often an arm that hides nothing is accused, by name (a finding) or by alarm (a mismatch without a name).
 planted: how often the one law that is hidden is named at its joint, and how often another is. family-out: the same with the family of what
-is hidden taken out of the catalogue: every name is wrong then. truth.py and planted.py import nothing of the package. A row a campaign goes
-to OUT.json (by default results_MODE.json); rows that it holds are not made again.
+is hidden taken out of the catalogue: every name is wrong then. truth.py and planted.py import nothing of the package. One row per campaign
+goes to OUT.json (by default results_MODE.json); rows that it holds are not made again.
 """
 
 import json

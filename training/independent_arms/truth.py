@@ -1,6 +1,6 @@
 """Healthy two-link arms in water: flat, numpy only, nothing of the package. `campaign(seed)` gives arm.yaml's document and recordings.
 
-The torques are those of Lagrange's equations of two rods and of Morison's load on 60 strips a link; the motions are given, so that no
+The torques are those of Lagrange's equations of two rods and of Morison's load on 60 strips per link; the motions are given, so that no
 integrator errs. Noise is what differs: white to strongly coloured, alike or different by a ratio up to 10 between recordings, logged at 25
 Hz to 1 kHz, rates and accelerations recorded with noise or not at all.
 """

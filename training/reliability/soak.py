@@ -1,10 +1,10 @@
 """Do memory and file handles stay flat? `python training/reliability/soak.py [seconds=7200 count=2000]`: diagnoses in a loop, one process.
 
-Each round reads a small campaign and diagnoses it with a seed of its own; every tenth campaign has dry friction that the baseline leaves
-out (a full search, proof and findings), and every fifth round writes the results, figures and page. After the first tenth (libraries fill
-their caches) a straight line is laid through the memory in use, as glibc counts it: its slope, in kB a diagnosis, is what a leak would
-show in. The resident memory holds besides what was freed and not given back; how much shows when it is asked for at the end (malloc_trim).
-What was counted so far is recorded every 50 diagnoses, and when it is stopped (Ctrl-C, or kill).
+Each round reads a small campaign and diagnoses it with another seed. Every tenth campaign has dry friction that the baseline omits (a full
+search, held-out errors, findings), and every fifth round writes results, figures and page. After the first tenth, in which libraries fill
+their caches, a straight line is fitted to the memory in use as glibc counts it. A leak would show in its slope, in kB per diagnosis. The
+resident memory also holds freed memory that was not returned; malloc_trim at the end shows how much. The counts are recorded every 50
+diagnoses, and when the run is stopped (Ctrl-C, or kill).
 """
 
 import ctypes

@@ -73,7 +73,7 @@ def walk(kind: str) -> tuple[list[str], dict[str, object]]:
 
 
 def table(kinds: dict[str, dict[str, Any]]) -> str:
-    """Return the table of README.md, a row a campaign."""
+    """Return the table of README.md, one row per campaign."""
     steps = " + ".join(step["command"] for step in next(iter(kinds.values()))["steps"])
     lines = [f"| campaign | C_D, C_M of `identify` (made with {C_D}, {C_M}) | named (confidence) | held-out error "
              f"| seconds of the processor: {steps} |", "|" + " --- |" * 5]

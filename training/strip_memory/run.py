@@ -31,9 +31,9 @@ HEAD = """# A trained memory of the strips
 
 **Measured with one development version of 0.2.1 (dev1153, 27 November 2026).** The net is that of `net.py`.
 
-`python training/strip_memory/run.py`; every choice stands in `config.toml`, the net in `net.py`, every number in `results.json`. A small
-recurrent net that all strips share is trained on `torques`, the joint torques that were recorded. With `forces`, it is trained on the true
-force of every strip, which no rig measures. This shows how much of the force the history of a strip determines. `/8` means training on 8
+`python training/strip_memory/run.py` prints the table. `config.toml` has every choice, `net.py` the net, and `results.json` every number. A
+small recurrent net that all strips share is trained on `torques`, the joint torques that were recorded. With `forces`, it is trained on the
+true force of every strip, which no rig measures. This shows how much of the force a strip's history determines. `/8` means training on 8
 recordings of each fold, and `*3` the mean of three nets. `hybrid` is a net that has learned the residual of the calibrated constants. Its
 residual is added in full. `stacked` is a net like that of `torques`, of which a share replaces the constants. `+gain` chooses for each
 joint the share with the largest mean gain in N m, on recordings that other nets have not seen. There are three such nets, each trained

@@ -1,4 +1,4 @@
-"""Hidden causes under the arm: a mount that gives way.
+"""Hidden causes under the arm: a compliant mount.
 
     flexible_mount  y'' + 2 zeta omega y' + omega^2 y = -F_Y / M - (1 - m / M) du0
 

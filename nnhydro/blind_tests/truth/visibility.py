@@ -4,7 +4,7 @@
     r       = what is left of x after least squares on the baseline's columns [C_D, C_M of each link free; mass, mass centre and inertia of
               each link within `known_to`, as a prior; both weighted by the noise]
     lambda  = sqrt(sum_j sum_k r_jk^2 / s_j^2),      s_j = sigma_j sqrt((1+rho)/(1-rho)), rho the noise's correlation from sample to sample
-    limit   = max(8, sqrt(0.01 N))                   N independent samples a joint: eight deviations, and 1 % of the noise's energy
+    limit   = max(8, sqrt(0.01 N))                   N independent samples per joint: eight deviations, and 1 % of the noise's energy
 
 lambda is rms(r)/s times the square root of the independent samples. Where accelerations have to be derived from the angles, x and the
 columns pass a zero-phase low-pass at 8 Hz first, since nothing above can be compared; N shrinks by the same band. `weak` is drawn at 1.6 to
@@ -28,7 +28,7 @@ from nnhydro.blind_tests.truth.world import Array, Cause, Draft, TrueArm, TrueRu
 LOWEST, SHARE = 8.0, 0.01
 BAND = 8.0  # Hz
 FACTORS = {"weak": (1.6, 3.0), "strong": (8.0, 25.0)}
-COARSE = 30  # strips a link of the baseline's columns
+COARSE = 30  # strips per link of the baseline's columns
 
 
 @lru_cache(maxsize=32)
@@ -93,7 +93,7 @@ class Yardstick:
 
     @property
     def independent(self) -> float:
-        """Independent samples a joint."""
+        """Independent samples per joint."""
         rows = sum(len(run.t) // FINE for run in self.runs)
         band = 1.0 if self.sensors.given == "all" else min(1.0, 2 * BAND / self.sensors.rate)
         return rows * band / self.sensors.inflation() ** 2

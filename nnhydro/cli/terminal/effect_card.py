@@ -29,7 +29,7 @@ def _words(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) ->
 
 
 def print_list(effects: Sequence[type[Effect]]) -> None:
-    """Print one line an effect."""
+    """Print one line per effect."""
     rows = [(effect.id, effect.family, ACTS[effect.acts], effect.name, effect.signature.region) for effect in effects]
     _words(f"{len(effects)} effects that a simulation may omit", ("id", "family", "acts on", "name", "what it looks like"), rows)
     say("nnhydro effects ID explains one.")
@@ -49,9 +49,9 @@ def print_card(effect: type[Effect]) -> None:
     _paragraph("Seen", seen.region)
     _paragraph("Depends on", ", ".join(seen.depends_on))
     _paragraph("Mirrored motion", {"odd": "gives the mirrored torque", "even": "gives the same torque",
-                                   "mixed": "gives a torque of its own: the effect has a direction"}[seen.parity])
-    _paragraph("At rest", "nothing is left of it" if seen.zero_at_rest else "it is still there")
-    _paragraph("Brought out by", seen.excited_by)
+                                   "mixed": "gives another torque: the effect has a direction"}[seen.parity])
+    _paragraph("At rest", "it vanishes" if seen.zero_at_rest else "it remains")
+    _paragraph("Excited by", seen.excited_by)
     _paragraph("Mistaken for", ", ".join(seen.mistaken_for))
     _paragraph("Acts on", ACTS[effect.acts] + (", through what the sensors read" if issubclass(effect, InstrumentEffect) else ""))
     _paragraph("Family", effect.family)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from nnhydro.recordings.campaign import Campaign
 
 # work that can be shared out: runtime/workers.py, docs/cluster.md
-JOBS = typer.Option(1, "--jobs", help="Processes of this machine that share the work; -1: one per core.")
+JOBS = typer.Option(1, "--jobs", help="Number of processes on this machine; -1: one per core.")
 BACKEND = typer.Option("processes", "--backend", help="processes, or dask: the workers of the cluster at --scheduler.")
 SCHEDULER = typer.Option("", "--scheduler", help="Address of a dask scheduler, such as tcp://head:8786.")
 CUTOFF = typer.Option(None, "--cutoff", help="Low-pass cut-off in Hz; chosen from the data where not given.")

@@ -56,7 +56,7 @@ def time_left(began: float, done: int, total: int | None) -> str:
 def steps_on_screen(total: int | None = None) -> Iterator[Callable[[str], None]]:
     """Yield what to call with the name of each step as it begins (`name, detail` for news of a step under way); to standard error.
 
-    On a terminal one line that changes, elsewhere a line a step; with `total` the time left is told once there is a pace.
+    On a terminal one line that changes, elsewhere one line per step; with `total` the remaining time is shown once the pace is known.
     """
     from rich.console import Console
 

@@ -22,7 +22,7 @@ def print_score(score: dict[str, Any], where: str) -> None:
     numbers, confident, unseen = score["parameters"], score["confidence"], score["unseen"]
     say("right: every hidden effect named, or in a class of at most three, and nothing else; healthy: nothing claimed and nothing detected")
     say(f"Size of the equivalence sets {_number(score['class_size']) or '-'}; parameters: median error "
-        f"{_percent(numbers['median_error']) or '-'}, 95 % intervals hold the truth in {_percent(numbers['coverage']) or '-'} of "
+        f"{_percent(numbers['median_error']) or '-'}, 95 % intervals contain the true value in {_percent(numbers['coverage']) or '-'} of "
         f"{numbers['compared']}")
     if unseen["campaigns"]:
         say(f"Unseen motions: error {_number(unseen['median_before'])} before, {_number(unseen['median_after'])} after (medians); "

@@ -108,7 +108,7 @@ def read_urdf(path: Path, diameters: tuple[float, ...] = (), density: float = DE
             raise ArmError(f"{path}: joint {joint!r} turns about another axis than {chain.names[0]!r}: nnhydro knows planar arms, all axes "
                            "parallel; cut the file down to the joints that move in one plane")
     if diameters and len(diameters) != len(chain.bodies):
-        raise ArmError(f"--diameter: {len(diameters)} given, {path} has {count_text(len(chain.bodies), 'link')}: give one a link")
+        raise ArmError(f"--diameter: {len(diameters)} given, {path} has {count_text(len(chain.bodies), 'link')}: give one per link")
     lines = _lines(chain, axis)
     _angle_notes(chain, lines, axis)
     apart = [abs(float((b.start.p - a.start.p) @ axis)) for a, b in pairwise(chain.bodies)]

@@ -26,7 +26,7 @@ T = TypeVar("T", WhiteRows, WeightedLibrary)
 def inject(design: Design, noise: Noise, model: StripTheory, z: Array, effects: Sequence[tuple[Hypothesis, Array]], seed: int) -> Design:
     """Return `design` with the torque of the baseline at `z` (p,), of `effects` with their linear values, and new noise.
 
-    Values that are a recording's own keep their size and are turned at random in each.
+    Values per recording keep their size and get a random phase.
     """
     rng = np.random.default_rng(seed)
     y = design.Y @ z + np.sqrt(noise.noise_variance) * rng.standard_normal(design.y.shape)
@@ -44,7 +44,7 @@ def inject(design: Design, noise: Noise, model: StripTheory, z: Array, effects: 
 
 
 def with_torque(view: WeightedLibrary, y: Array) -> WeightedLibrary:
-    """Return `view` with the whitened torque `y` (n, joints) in place of the one measured: every product with it anew, all others kept."""
+    """Return `view` with the whitened torque `y` (n, joints) in place of the measured one; products with it are computed anew."""
     old = view.whitened
     unknown = [(old.Phi * old.sw[:, j:j + 1]).T @ y[:, j] for j in range(old.joints)]
     b = np.concatenate([old.Y.reshape(y.size, old.p).T @ y.ravel(), *unknown])

@@ -16,7 +16,7 @@ from nnhydro.simulation.recipe.recipe import Recipe, read_recipe
 def baseline_recipe(recipe: Recipe, named: str | None) -> tuple[Recipe, tuple[str, ...]]:
     """Return the recipe with the baseline's terms alone, and the names of the terms that were left off.
 
-    Coefficients are those of the recipe where it states them, else where fits begin.
+    Coefficients are those of the recipe where it states them, else the starting values of fits.
     """
     usual = "rigid" if recipe.arm.dry else "constant"
     start = baseline_called(named if named in BASELINES else usual).start(recipe.arm).terms

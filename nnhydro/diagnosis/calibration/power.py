@@ -6,7 +6,7 @@
 The left side is the gain in log evidence that four campaigns of five exceed: it scatters by lambda = sqrt(2 S), and chance adds half a nat
 for each of w values. What the unknown takes is had by fitting it to the campaign with the effect put in at that size. The threshold is that
 of the decision, LEAST_GAIN or chance in this campaign. Each linear parameter is taken alone, nonlinear ones at the values first tried; an
-amplitude whose phase is each recording's own is taken at even phases.
+amplitude with a phase per recording is taken at even phases.
 Source: power of a test by its noncentrality, Kay (1998), Fundamentals of Statistical Signal Processing II.
 """
 
@@ -38,10 +38,10 @@ from nnhydro.physics.threads import one_thread
 from nnhydro.recordings.campaign import Campaign
 
 Array = NDArray[np.float64]
-CHANCE, SIGMAS = 0.8, 0.84  # with which an effect of the stated size is found; standard deviations of a normal that it lies above its mean
-STARTS = (FIRST_SIZE, FIRST_SIZE / 10)  # of the unknown, from which its sizes are climbed
-ROUNDS = 4  # of size against what the unknown takes of it
-UNSEEN = 1e-6  # share of its energy below which a torque is the baseline's own
+CHANCE, SIGMAS = 0.8, 0.84  # chance of finding an effect of the stated size, and the same in standard deviations of a normal
+STARTS = (FIRST_SIZE, FIRST_SIZE / 10)  # sizes of the unknown from which its evidence is maximised
+ROUNDS = 4  # iterations between the size of an effect and what the unknown takes of it
+UNSEEN = 1e-6  # share of its energy that a torque keeps beside the baseline; with less it counts as recalibration
 
 
 @final
@@ -71,7 +71,7 @@ class DetectableSize:
 @final
 @dataclass(frozen=True, eq=False)
 class Power:
-    """What can be revealed beside the baseline of `design`, calibrated as `model`, with its noise."""
+    """What can be revealed in addition to the baseline of `design`, calibrated as `model`, with its noise."""
 
     design: Design
     noise: Noise
@@ -80,7 +80,7 @@ class Power:
 
     def document(self) -> dict[str, Any]:
         """Return what `nnhydro power --json` prints."""
-        rms = np.sqrt(self.noise.noise_variance.sum(axis=0) / self.design.time)
+        rms = np.sqrt(self.noise.noise_variance.sum(axis=0) / self.design.duration)
         return {"schema": "nnhydro/power/1", "baseline": self.design.baseline.name, "recordings": self.design.problem.groups,
                 "noise_Nm": rms.tolist(), "chance": CHANCE, "effects": [row.document() for row in self.rows]}
 
@@ -144,7 +144,7 @@ class Sizing:
         if left <= UNSEEN * max(whole, 1e-300):
             return row
         strength = strength_needed(self.threshold - library.log_prior(k), _occam(R), len(R))
-        moved = np.sqrt(((library.columns(k) @ d[: h.width]) ** 2).sum(axis=0) / library.design.time) / library.design.scale
+        moved = np.sqrt(((library.columns(k) @ d[: h.width]) ** 2).sum(axis=0) / library.design.duration) / library.design.scale
         relevant = relevant_share(library.design, self.view.whitened.v)
         size = max(strength / np.sqrt(left), relevant / max(float(moved.max()), 1e-300) + SIGMAS / np.sqrt(left))
         return self._limit_size(replace(row, visible=float(np.sqrt(min(left / whole, 1.0)))), size, left)
@@ -192,7 +192,7 @@ class Sizing:
 
 
 def _typical(rows: Sequence[tuple[int, DetectableSize]]) -> tuple[int, DetectableSize]:
-    """The row of the middle size among the nonlinear values that are found at some size; of several laws that of the law found earliest."""
+    """The row with the median size of the nonlinear values that are found at some size; of several laws, the law found earliest."""
     laws: dict[int, list[tuple[int, DetectableSize]]] = {}
     for k, row in rows:
         laws.setdefault(row.hypothesis.width, []).append((k, row))
@@ -233,7 +233,7 @@ def _with_rivals(sizing: Sizing, rows: Sequence[tuple[int, DetectableSize]]) -> 
 @one_thread()
 def power(campaign: Campaign, baseline: str | None = None, seed: int = 0, cutoff_hz: float | None = None,
           without: Sequence[str] = (), progress: Callable[[str], None] = lambda line: None) -> Power:
-    """Return what the recordings of `campaign` would reveal beside `baseline`, an effect and parameter a row, the most alike rival with it.
+    """Return what `campaign` would reveal beside `baseline`: a row per effect and parameter, with the most similar rival.
 
     Raises ConfigError for an unknown baseline, CampaignError or RecordingError where the data cannot be used.
     """

@@ -2,8 +2,8 @@
 
     y = A m + e,  e ~ N(0, I)  on whitened rows, m the values of a scenario        confidence <= (hits + 1/2) / (hits + misnamed + 1)
 
-hits: draws of the finding that name it; misnamed: as many draws of a rival that name the finding all the same. A draw includes the
-unexplained residual. It is named by the score of the claimed set, of the set without the finding, and with each rival in its place.
+hits: draws of the finding that name it; misnamed: as many draws of a rival, counted if they name the finding nevertheless. A draw includes
+the unexplained residual. It is named by the score of the claimed set, of the set without the finding, and with each rival in its place.
 Causes outside the catalogue are not drawn: the confidence of the posterior, which knows the unexplained residual, stays the upper bound.
 Source: simulation-based calibration in the manner of Talts et al. (2018), arXiv:1804.06788; the ratio (Jeffreys' prior) is ours.
 """
@@ -19,17 +19,17 @@ from nnhydro.diagnosis.constants import LEAST_GAIN
 from nnhydro.diagnosis.findings.equivalence import EQUIVALENT_COSINE, rivals_of
 from nnhydro.diagnosis.findings.finding import Finding
 from nnhydro.diagnosis.problem.hypothesis import Key
-from nnhydro.diagnosis.search.scored_set import ScoredSet, without_member
+from nnhydro.diagnosis.search.scored_set import ScoredSet
 from nnhydro.diagnosis.search.stepwise import Search
 
-RIVALS = 2  # of each finding that are rehearsed in its place
+RIVALS = 2  # rivals of each finding that are injected in its place
 Rivals = dict[int, tuple[int, ...]]  # of each claimed hypothesis
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Scenario:
-    """What is drawn: a fitted set; `instead` is the claimed hypothesis that a rival stands in for, None for the claims."""
+    """What is drawn: a fitted set; `instead` is the claimed hypothesis that a rival replaces, None for the claims."""
 
     planted: ScoredSet
     instead: int | None
@@ -37,10 +37,10 @@ class Scenario:
 
 
 def scenarios(search: Search, claimed: ScoredSet, rivals: Rivals) -> list[Scenario]:
-    """Return what is rehearsed: the claims, and each of them replaced by its nearest rivals of another torque."""
+    """Return what is rehearsed: the claims, and the claims with one of them replaced by its nearest rivals of another torque."""
     made = [Scenario(claimed, None, None)] if claimed.chosen else []
     for k, others in rivals.items():
-        made += [Scenario(search.score((*without_member(claimed.chosen, k), r)), k, r) for r in others[:RIVALS]]
+        made += [Scenario(search.score((*claimed.without(k), r)), k, r) for r in others[:RIVALS]]
     return made
 
 
@@ -48,7 +48,7 @@ def _true_members(search: Search, claimed: ScoredSet, rivals: Rivals) -> list[in
     """The hypotheses that stand in the drawn campaign of `search`: each claim, a rival of it, or nothing."""
     named = []
     for k, others in rivals.items():
-        rest = search.score(without_member(claimed.chosen, k))
+        rest = search.score(claimed.without(k))
         sets = [(search.score((*rest.chosen, member)), member) for member in (k, *others)]
         taking = [(s, member) for s, member in sets if search.admits(rest, s) and search.gain(rest, s) > LEAST_GAIN]
         if taking:
@@ -58,7 +58,7 @@ def _true_members(search: Search, claimed: ScoredSet, rivals: Rivals) -> list[in
 
 def rehearse(search: Search, claimed: ScoredSet, draws: int, seed: int,
              progress: Callable[[str], None] = lambda line: None) -> dict[str, Any]:
-    """Return what was planted and what was named, `draws` times a scenario, as diagnosis.json holds it."""
+    """Return what was injected and what was named, `draws` times per scenario, as diagnosis.json holds it."""
     others = {k: rivals_of(search, claimed, k)[1] for k in claimed.chosen}
     rivals = {k: tuple(rival.number for rival in found) for k, found in others.items()}
     unlike = {k: tuple(rival.number for rival in found if rival.cosine <= EQUIVALENT_COSINE) for k, found in others.items()}

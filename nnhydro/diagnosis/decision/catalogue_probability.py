@@ -35,7 +35,7 @@ def listed_probability(search: Search, found: ScoredSet, k: int) -> float:
     if search.view.library.hypotheses[k].effect.standard:
         left = _share_left_of_class(search, found, k)
     else:
-        left = search.share_left(search.score(tuple(x for x in found.chosen if x != k)), found)
+        left = search.share_left(search.score(found.without(k)), found)
     between = 0.0 if search.view.library.hypotheses[k].effect.varies else scatter_between_recordings(search, found, k)
     scatter = max(between, scatter_between_parts(search, found, k))
     return LISTED / (1.0 + (max(left, 0.0) / TRUSTED_RATIO) ** 4 + (scatter / TRUSTED_RATIO) ** 4)
@@ -48,7 +48,7 @@ def _share_left_of_class(search: Search, found: ScoredSet, k: int) -> float:
     effects = [hypothesis.effect for hypothesis in hypotheses]
     among = [i for i, other in enumerate(effects) if other.standard and other.joint == effect.joint and other.id != effect.id
              and other.signature.depends_on == effect.signature.depends_on]
-    rest = search.score(tuple(x for x in found.chosen if x != k))
+    rest = search.score(found.without(k))
     if not left or not among or {search.place(i) for i in among} & search.occupied_places(rest.chosen):
         return left
     for i in search.most_gaining(rest, among, 1):

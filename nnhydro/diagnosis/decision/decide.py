@@ -4,8 +4,8 @@ A member k of the best set S is claimed if it passes six tests.
 
 1. Gain: its gain exceeds LEAST_GAIN, the gain of chance in this campaign, and the gain that an error in the form of a larger claim l makes:
        gain(S less k, S) > max(LEAST_GAIN, q99, max_l max(FORM, 1 - p_l)^2 gain_l),      p_l: predictable share of l's torque (its card)
-   If the card of l lists k as a possible confusion, FORM gain_l is asked, except of the standard terms of a joint. A law that takes as much
-   from the unknown as l, and leaves FORM of it at most, is exempt from both.
+   If the card of l lists k as a possible confusion, FORM gain_l is required, except of the standard terms of a joint. A law that takes as
+   much from the unknown as l, and leaves FORM of it at most, is exempt from both.
 2. Unknown: the law replaces the unknown as a true law does (search.stepwise.admits).
 3. Prediction: held-out recordings are predicted better. Without the recording that supports the law most, they are predicted worse by
    FORM of the gain at most: where many recordings show the same, the unknown predicts the others as well as a law.
@@ -34,7 +34,7 @@ from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, LEAVES, P_ALARM, PRECI
 from nnhydro.diagnosis.decision.catalogue_probability import listed_probability
 from nnhydro.diagnosis.decision.form_error import form_bars
 from nnhydro.diagnosis.decision.heldout import log_densities
-from nnhydro.diagnosis.decision.heldout_errors import Proof, fitted_error, prove
+from nnhydro.diagnosis.decision.heldout_errors import HeldoutErrors, fitted_error, measure_errors
 from nnhydro.diagnosis.decision.null_draws import null_threshold
 from nnhydro.diagnosis.decision.other_frequencies import share_elsewhere
 from nnhydro.diagnosis.decision.parameters_per_recording import nats_of_parameters_per_recording
@@ -49,7 +49,7 @@ from nnhydro.sheet import percent
 Array = NDArray[np.float64]
 Shares = dict[int, float]
 Known = dict[tuple[tuple[int, ...], frozenset[int], frozenset[int]], "Claims"]
-LEAST_PROBABLE = 0.5  # of a name: below it a cause on no card is more probable
+LEAST_PROBABLE = 0.5  # probability of a name; below it a cause outside the catalogue is more probable
 EXPLAINED = "a claimed effect explains what it does, and more"
 IMPROBABLE = "a cause outside the catalogue is more probable: much remains, or the size differs between recordings"
 
@@ -90,7 +90,7 @@ def torque_shares(search: Search, found: ScoredSet) -> Shares:
     shares = {}
     for k, at in found.places(view).items():
         u = view.columns(k).Xw @ found.fit.mean[at]
-        torque = np.sqrt(((u / whitened.sw) ** 2).sum(axis=0) / design.time)
+        torque = np.sqrt(((u / whitened.sw) ** 2).sum(axis=0) / design.duration)
         shares[k] = float((torque / np.maximum(design.scale, 1e-300)).max())
     return shares
 
@@ -113,7 +113,7 @@ def decide(search: Search, best: ScoredSet, seed: int, as_form: frozenset[int] =
         return known[place]
     if not best.chosen:
         return Claims(best, (), {}, as_form)
-    rests = {k: _without(search, best, {k}) for k in best.chosen}
+    rests = {k: search.score(best.without(k)) for k in best.chosen}
     densities = log_densities(search.view, [best, *rests.values()], seed)
     by_fold = densities[:, :1] - densities[:, 1:]  # (folds, members)
     shares = torque_shares(search, best)
@@ -137,7 +137,7 @@ def decide(search: Search, best: ScoredSet, seed: int, as_form: frozenset[int] =
             sharing = {m for m in sharing if search.gain(rests[m], best) < search.gain(rests[worst], best)}
         else:
             sharing = sharing - {*made.claimed.chosen} if search.gain(rests[worst], best) <= chance else set()
-        rival = (_without(search, best, sharing), exact) if sharing else None
+        rival = (search.score(best.without(*sharing)), exact) if sharing else None
     if rival:
         other = decide(search, rival[0], seed, as_form, rival[1], known)
         made = other if worst in other.claimed.chosen and other.claimed.score > made.claimed.score else made
@@ -148,24 +148,20 @@ def decide(search: Search, best: ScoredSet, seed: int, as_form: frozenset[int] =
     return known[place]
 
 
-def _without(search: Search, found: ScoredSet, members: Set[int]) -> ScoredSet:
-    return search.score(tuple(k for k in found.chosen if k not in members))
-
-
 def _sharing(search: Search, now: ScoredSet, k: int) -> set[int]:
     """Return the members that gain more without member `k`: they explain a part of what it does."""
     def gain(m: int, found: ScoredSet) -> float:
         """Return the gain of member `m` of a set."""
-        return search.gain(_without(search, found, {m}), found)
+        return search.gain(search.score(found.without(m)), found)
 
-    rest = _without(search, now, {k})
+    rest = search.score(now.without(k))
     return {m for m in rest.chosen if gain(m, rest) > gain(m, now) + LEAST_GAIN}
 
 
 def gain_on_unseen(by_fold: Array) -> float:
     """Return the nats that the folds `by_fold` (folds,) gain without the best one, which may lose FORM of the whole gain.
 
-        sum_f g_f - max_f g_f + FORM sum_f g_f         where the sum is positive, the sum else
+        sum_f g_f - max_f g_f + FORM sum_f g_f         where the sum is positive, otherwise the sum
     """
     total = float(by_fold.sum())
     return total - float(by_fold.max()) + FORM * total if len(by_fold) > 2 and total > 0 else total
@@ -201,7 +197,7 @@ def _judge(search: Search, now: ScoredSet, rest: ScoredSet, k: int, by_fold: Arr
     return Decision(effect, joint, gain, threshold, True, f"gains {gain:.1f} nats, and improves the prediction of held-out recordings")
 
 
-def _exempt_members(search: Search, claimed: ScoredSet, proof: Proof) -> set[int]:
+def _exempt_members(search: Search, claimed: ScoredSet, heldout: HeldoutErrors) -> set[int]:
     """Return the members of the set that are claimed whatever the error on held-out recordings.
 
     One kind: only with them the fitted baseline agrees with arm.yaml, |z| <= Phi^-1(1 - P_ALARM / 2). Calibration would hide a payload in
@@ -219,9 +215,9 @@ def _exempt_members(search: Search, claimed: ScoredSet, proof: Proof) -> set[int
         h = search.view.library.hypotheses[k]
         return 1 - FORM if h.per_recording else float(np.sqrt(1 - h.effect.predictable_share))
 
-    rests = {k: _without(search, claimed, {k}) for k in claimed.chosen}
+    rests = {k: search.score(claimed.without(k)) for k in claimed.chosen}
     unpredicted = {k for k, rest in rests.items() if _is_unpredictable(search, k)
-                   and fitted_error(search, claimed, proof) < largest_ratio(k) * fitted_error(search, rest, proof)}
+                   and fitted_error(search, claimed, heldout) < largest_ratio(k) * fitted_error(search, rest, heldout)}
     return unpredicted | {k for k, rest in rests.items() if not contradicts_arm(claimed) and contradicts_arm(rest)}
 
 
@@ -231,17 +227,17 @@ def _is_unpredictable(search: Search, k: int) -> bool:
     return h.per_recording or h.effect.predictable_share < 1
 
 
-def _prove_what_is_predicted(search: Search, claimed: ScoredSet, model: StripTheory, seed: int) -> Proof:
-    """Return the proof of the set; members that cannot be predicted take part only if they lower the error."""
-    proof = prove(search, claimed, model, seed)
-    idle = {k for k in claimed.chosen if _is_unpredictable(search, k) and proof.without[search.key(k)] <= proof.after}
+def _errors_of_predictable(search: Search, claimed: ScoredSet, model: StripTheory, seed: int) -> HeldoutErrors:
+    """Return the held-out errors of the set; members that cannot be predicted take part only if they lower the error."""
+    heldout = measure_errors(search, claimed, model, seed)
+    idle = {k for k in claimed.chosen if _is_unpredictable(search, k) and heldout.without[search.key(k)] <= heldout.after}
     if not idle:
-        return proof
-    rest = _prove_what_is_predicted(search, _without(search, claimed, idle), model, seed)
+        return heldout
+    rest = _errors_of_predictable(search, search.score(claimed.without(*idle)), model, seed)
     return replace(rest, without=rest.without | {search.key(k): rest.after for k in idle})
 
 
-def withdraw_useless(search: Search, decided: Claims, model: StripTheory, seed: int) -> tuple[Claims, Proof]:
+def withdraw_useless(search: Search, decided: Claims, model: StripTheory, seed: int) -> tuple[Claims, HeldoutErrors]:
     """Return the claims that lower the error on held-out recordings, the worst withdrawn first, and the errors with them.
 
     A claim is withdrawn if it does not lower this error enough (`_falls_enough`): first the one without which the error is lowest, then the
@@ -249,17 +245,17 @@ def withdraw_useless(search: Search, decided: Claims, model: StripTheory, seed: 
     others are judged again.
     """
     while True:
-        proof = _prove_what_is_predicted(search, decided.claimed, model, seed)
-        exempt = _exempt_members(search, decided.claimed, proof)
-        without = {k: proof.without[search.key(k)] for k in decided.claimed.chosen if k not in exempt}
+        heldout = _errors_of_predictable(search, decided.claimed, model, seed)
+        exempt = _exempt_members(search, decided.claimed, heldout)
+        without = {k: heldout.without[search.key(k)] for k in decided.claimed.chosen if k not in exempt}
         worst = min(without, key=lambda k: without[k], default=None)
         if worst is None:
-            return decided, proof
-        burden = not _falls_enough(without[worst], proof.after)
-        if not burden and _falls_enough(proof.before, proof.after):
-            return decided, proof
-        reason = (f"the error on held-out {proof.held_out} hardly falls when it is added, from "
-                  f"{percent(without[worst] if burden else proof.before)} to {percent(proof.after)}")
+            return decided, heldout
+        burden = not _falls_enough(without[worst], heldout.after)
+        if not burden and _falls_enough(heldout.before, heldout.after):
+            return decided, heldout
+        reason = (f"the error on held-out {heldout.unit} hardly falls when it is added, from "
+                  f"{percent(without[worst] if burden else heldout.before)} to {percent(heldout.after)}")
         decided = _withdraw(search, decided, {worst} if burden else set(without), reason, seed)
 
 

@@ -7,8 +7,7 @@ for their form is no evidence for the unknown: of the densities with (on) and wi
 
     (1 - FORM^2) log p_on + FORM^2 log p_off         where the smallest of the sets names a law, log p_on else
 
-Units are recordings, or blocks where these
-are fewer than `FEWEST`; values of a recording's own are integrated out.
+Units are recordings, or blocks where these are fewer than `FEWEST`. Values of single recordings are integrated out.
 """
 
 from collections.abc import Sequence
@@ -24,14 +23,14 @@ from nnhydro.diagnosis.search.weighted_library import WeightedLibrary
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-FEWEST = 6  # recordings that may be units of their own
-FOLDS = 8
+FEWEST = 6  # fewest recordings that are held out as a whole; of fewer, blocks are
+FOLDS = 8  # most folds of the cross-validation
 RECORDINGS, STRETCHES, FREQUENCIES = "recordings", "stretches of recordings", "frequencies of recordings"
 STEADY = "rows of the steady tables"
 
 
-def held_out(view: WeightedLibrary, chosen: Sequence[int]) -> str:
-    """Return what is held out: recordings, or less where too few recordings, or no others, tell of a member of `chosen`."""
+def unit_held_out(view: WeightedLibrary, chosen: Sequence[int]) -> str:
+    """Return what is held out: recordings; stretches or frequencies if recordings are few, or if a member of `chosen` acts in one only."""
     problem = view.library.design.problem
     if all(block.steady for block in problem.blocks):
         return STEADY
@@ -48,19 +47,17 @@ def _is_known_from_others(view: WeightedLibrary, k: int, unit: Index) -> bool:
     return bool(energy.max() <= (1 - FORM) * energy.sum())
 
 
-def fold_of_rows(view: WeightedLibrary, seed: int, chosen: Sequence[int] = ()) -> Index:
-    """Return the fold (n,) of every row: whole recordings, blocks where recordings are few, rows of steady tables alike in load.
+def fold_of_rows(view: WeightedLibrary, seed: int, unit: str) -> Index:
+    """Return the fold (n,) of every row: a `unit` lies in one fold, every FOLDS-th frequency too, and steady rows alike in load.
 
     Any smooth curve predicts a row of a dense table from the rows beside it; a law predicts loads that its fit has not seen.
-    Where a member of `chosen` is not known from other recordings, blocks too; where not from other blocks, every FOLDS-th frequency.
     """
     problem = view.library.design.problem
-    what = held_out(view, chosen)
-    if what == FREQUENCIES:
+    if unit == FREQUENCIES:
         return (np.arange(len(problem.block_of)) % FOLDS).astype(np.int64)
-    unit = problem.group_of if what == RECORDINGS else problem.block_of
+    part = problem.group_of if unit == RECORDINGS else problem.block_of
     steady = problem.frequency < 0
-    made = np.where(steady, _alike_in_load(view, steady) + int(unit.max()) + 1, unit)
+    made = np.where(steady, _alike_in_load(view, steady) + int(part.max()) + 1, part)
     _, index = np.unique(made, return_inverse=True)
     count = int(index.max()) + 1
     fold = np.random.default_rng(seed).permutation(count) % min(FOLDS, count)
@@ -83,7 +80,7 @@ def log_densities(view: WeightedLibrary, sets: Sequence[ScoredSet], seed: int) -
     """Return log p(held-out fold | the others) of every set, (folds, sets)."""
     whole = view.whitened
     off, granted = none(whole).vector(whole), FORM**2 * all(found.chosen for found in sets)
-    fold = fold_of_rows(view, seed)
+    fold = fold_of_rows(view, seed, unit_held_out(view, ()))
     made = []
     for number in range(int(fold.max()) + 1):
         rows = np.flatnonzero(fold != number)

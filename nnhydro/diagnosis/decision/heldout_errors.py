@@ -12,13 +12,13 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.decision.heldout import fold_of_rows, held_out
+from nnhydro.diagnosis.decision.heldout import fold_of_rows, unit_held_out
 from nnhydro.diagnosis.model.evidence import Columns, WhiteRows, posterior
 from nnhydro.diagnosis.model.sizes import none
 from nnhydro.diagnosis.problem.design import Design
 from nnhydro.diagnosis.problem.hypothesis import Key
 from nnhydro.diagnosis.search.best_fit import best_fit
-from nnhydro.diagnosis.search.scored_set import ScoredSet, without_member
+from nnhydro.diagnosis.search.scored_set import ScoredSet
 from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.recordings.segment import Segment
@@ -39,7 +39,7 @@ class Residual:
 
 @final
 @dataclass(frozen=True, eq=False)
-class Proof:
+class HeldoutErrors:
     """Errors on held-out recordings before and after, and without each finding, and the residuals of baseline and corrected model."""
 
     before: float
@@ -50,7 +50,7 @@ class Proof:
     torque: float  # mean of what errors are divided by, N m
     recordings: int
     scale: str = "measured torque"
-    held_out: str = "recordings"  # what was held out: stretches where recordings are few, rows of steady tables
+    unit: str = "recordings"  # what was held out: stretches where recordings are few, rows of steady tables
     as_given: float | None = None  # error of a simulation beside which nothing is recalibrated; physics of ours has none
 
 
@@ -106,41 +106,42 @@ def _residuals(design: Design, in_time: Sequence[Array]) -> list[Residual]:
     return made
 
 
-def prove(search: Search, found: ScoredSet, model: StripTheory, seed: int) -> Proof:
-    """Return the proof of the claimed set `found`; `model` is what instruments read."""
+def measure_errors(search: Search, found: ScoredSet, model: StripTheory, seed: int) -> HeldoutErrors:
+    """Return the held-out errors of the claimed set `found`; `model` is what instruments read."""
     design = search.view.library.design
-    fold = fold_of_rows(search.view, seed, found.chosen)
-    empty = search.score(())
-    before = _in_time(design, design.y - _predict(search, empty, None, fold))
-    after = before if not found.chosen else _in_time(
-        design, design.y - _predict(search, found, _predictable_columns(search, found, model), fold))
-    divisor = float(sum(np.abs(x).sum() for x in _in_time(design, design.tau)))
-    scale, count = "measured torque", sum(len(x) for x in before)
+    unit = unit_held_out(search.view, found.chosen)
+    fold = fold_of_rows(search.view, seed, unit)
+
+    def remains(scored: ScoredSet) -> list[Array]:
+        """Return what a set leaves of each block in time."""
+        return _in_time(design, design.y - _predict(search, scored, _predictable_columns(search, scored, model), fold))
+
+    def error(in_time: Sequence[Array]) -> float:
+        """Return the error of a model that leaves `in_time`."""
+        return float(sum(np.abs(x).sum() for x in in_time)) / max(divisor, 1e-300)
+
+    before = remains(search.score(()))
+    after = remains(found) if found.chosen else before
+    count = sum(len(x) for x in before)
     if design.undriven:
-        divisor = float(design.part_scale.sum() * count)
-        scale = "weight" if design.heavy else "inertia"
-    error = {name: float(sum(np.abs(x).sum() for x in part)) / max(divisor, 1e-300)
-             for name, part in (("before", before), ("after", after))}
-    without = {}
-    for k in found.chosen:
-        rest = search.score(without_member(found.chosen, k))
-        part = before if not rest.chosen else _in_time(
-            design, design.y - _predict(search, rest, _predictable_columns(search, rest, model), fold))
-        without[search.key(k)] = float(sum(np.abs(x).sum() for x in part)) / max(divisor, 1e-300)
-    given = None if design.baseline.is_physics else float(sum(np.abs(x).sum() for x in _in_time(design, design.y))) / max(divisor, 1e-300)
-    what = held_out(search.view, found.chosen)
-    return Proof(error["before"], error["after"], without, _residuals(design, before), _residuals(design, after),
-                 divisor / max(count * design.y.shape[1], 1), design.problem.groups, scale, what, as_given=given)
+        divisor, scale = float(design.part_scale.sum() * count), "weight" if design.heavy else "inertia"
+    else:
+        divisor, scale = float(sum(np.abs(x).sum() for x in _in_time(design, design.tau))), "measured torque"
+    rests = {k: found.without(k) for k in found.chosen}
+    without = {search.key(k): error(remains(search.score(rest)) if rest else before) for k, rest in rests.items()}
+    given = None if design.baseline.is_physics else error(_in_time(design, design.y))
+    return HeldoutErrors(error(before), error(after), without, _residuals(design, before), _residuals(design, after),
+                         divisor / max(count * design.y.shape[1], 1), design.problem.groups, scale, unit, as_given=given)
 
 
-def fitted_error(search: Search, found: ScoredSet, proof: Proof) -> float:
-    """Return the error of the set on all rows, fitted to all of them: what of the error held out is not for want of recordings."""
+def fitted_error(search: Search, found: ScoredSet, heldout: HeldoutErrors) -> float:
+    """Return the error of the set on all rows, fitted to all of them: the held-out error with any number of recordings."""
     fit = best_fit(search, found)
     left = _in_time(search.view.library.design, fit.residual / fit.whitened.sw)
-    return float(sum(np.abs(x).sum() for x in left)) / max(proof.torque * sum(x.size for x in left), 1e-300)
+    return float(sum(np.abs(x).sum() for x in left)) / max(heldout.torque * sum(x.size for x in left), 1e-300)
 
 
-def noise_error(search: Search, proof: Proof, row_variance: Array) -> float:
+def noise_error(search: Search, heldout: HeldoutErrors, row_variance: Array) -> float:
     """Return the error of a perfect model: `row_variance` (n, joints) is the variance of the noise of every row."""
     problem, total = search.view.library.design.problem, 0.0
     for i, block in enumerate(problem.blocks):
@@ -149,4 +150,4 @@ def noise_error(search: Search, proof: Proof, row_variance: Array) -> float:
         variance = rows if block.steady else rows.sum(axis=0) / (n * problem.stretches[block.stretch].segment.dt)
         total += float(np.sqrt(2 / np.pi * variance).sum()) * (1 if block.steady else n)
     count = sum(b.stop - b.start for b in problem.blocks) * row_variance.shape[1]
-    return float(total / max(proof.torque * count, 1e-300))
+    return float(total / max(heldout.torque * count, 1e-300))

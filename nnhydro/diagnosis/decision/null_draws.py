@@ -4,7 +4,7 @@
 
 with e, f ~ N(0, 1), rows of noise and coefficients of the fit A = scaled baseline, unknown and laws, LL' = M its precision. Under the null
 the projected products of all columns with the torque are jointly normal with the projected Gram matrix, which is never made itself; every
-law of every key takes part, so that the look-elsewhere effect is paid as it is.
+law of every key takes part, so that the look-elsewhere effect is included.
 The covariance is right since X'W^1/2 A = C'L': X'WX + C'C - 2 C'C.
 """
 

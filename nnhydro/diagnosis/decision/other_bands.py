@@ -19,14 +19,13 @@ from nnhydro.diagnosis.problem.design import design_on
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, Key
 from nnhydro.diagnosis.problem.problem import Problem, problem_of
 from nnhydro.diagnosis.search.library import Library
-from nnhydro.diagnosis.search.scored_set import without_member
 from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.diagnosis.search.weighted_library import WeightedLibrary
 from nnhydro.errors import require
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.filtering.band import Band
 
-FACTORS = (0.7, 1.4)  # times the band's upper edge
+FACTORS = (0.7, 1.4)  # factors of the band's upper edge at which the decisions are repeated
 
 
 @final
@@ -61,5 +60,6 @@ def claims_at(campaign: Campaign, judged: Problem, band: Band, baseline: str | N
     found = search.score(whole)
     noise = reestimate(design, noise, whitened, search.view.join(whole), found.sizes.vector(whitened))
     search = Search(WeightedLibrary(WhiteRows(design, unknown.smooth, noise.v), library), found.sizes)
-    gains = [search.gain(search.score(without_member(whole, k)), search.score(whole)) for k in whole]
+    found = search.score(whole)
+    gains = [search.gain(search.score(found.without(k)), found) for k in whole]
     return OtherBand(band.torque, tuple(hypothesis.key for hypothesis, gain in zip(claimed, gains, strict=True) if gain <= LEAST_GAIN))

@@ -1,7 +1,7 @@
 """A regular wave is a line: other frequencies explain less than half of what it explains.
 
-What other laws leave may follow the motion at all its frequencies. An oscillation with a phase of each recording's own then explains much
-of it at any frequency. Two lines are told apart from two periods in a recording on, as the peaks of a tapered spectrum are.
+What other laws leave may follow the motion at all its frequencies. An oscillation with a phase per recording then explains much
+of it at any frequency. Two lines can be separated if they differ by two periods in a recording, as the peaks of a tapered spectrum are.
 """
 
 from collections.abc import Mapping
@@ -16,13 +16,13 @@ from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.diagnosis.search.wave_frequencies import LOWEST, durations, explained_energy
 
 FREQUENCY = "frequency"
-PERIODS = (-4.0, -3.0, -2.5, -2.0, 2.0, 2.5, 3.0, 4.0)  # in a recording, by which the other frequencies differ
+PERIODS = (-4.0, -3.0, -2.5, -2.0, 2.0, 2.5, 3.0, 4.0)  # periods per recording by which the other frequencies differ from a wave's
 
 
 def share_elsewhere(search: Search, rest: ScoredSet, k: int) -> float:
     """Return the energy that the law of member `k` explains beside `rest` at another frequency, over that at its own, the largest share.
 
-    It is 0 of a law that has no frequency with a phase of each recording's own.
+    It is 0 for a law without a frequency with a phase per recording.
     """
     design, mine = search.view.library.design, search.view.library.hypotheses[k]
     if not mine.per_recording or not (FREQUENCY in mine.spans or mine.lines):

@@ -19,8 +19,8 @@ from nnhydro.diagnosis.search.scored_set import ScoredSet
 from nnhydro.diagnosis.search.stepwise import Search
 
 Array = NDArray[np.float64]
-ROUNDS = 10  # of the size of the noise
-FEWEST_ROWS = 4.0  # rows a parameter: of fewer the noise has no level of its own
+ROUNDS = 10  # iterations of a recording's noise variance
+FEWEST_ROWS = 4.0  # rows per parameter that a noise variance of one recording takes
 
 
 def gain_of_changed_parameters(Y: Array, r: Array, further: int = 0) -> tuple[float, Array]:
@@ -30,8 +30,8 @@ def gain_of_changed_parameters(Y: Array, r: Array, further: int = 0) -> tuple[fl
     """
     n, p = Y.shape
     alone = max(gain_of_changed_parameters(Y[:, p - further:], r)[0], 0.0) if further else 0.0
-    g, V = np.linalg.eigh(Y.T @ Y)  # M = V (1 + g / s) V': never singular, however the columns of what rests repeat each other
-    g, b, rr = np.maximum(g, 0.0), V.T @ (Y.T @ r), float(r @ r)
+    g, V, b = _diagonalise(Y, r)
+    rr = float(r @ r)
     size = none = rr / n
     if not none > 0:
         return 0.0, np.zeros(p)
@@ -41,6 +41,12 @@ def gain_of_changed_parameters(Y: Array, r: Array, further: int = 0) -> tuple[fl
     z = b / (size + g)
     Q = (rr - float(b @ z)) / size
     return (n * float(np.log(none / size)) + n - Q - float(np.log1p(g / size).sum())) / 2 - alone, V @ z
+
+
+def _diagonalise(Y: Array, r: Array) -> tuple[Array, Array, Array]:
+    """Return g, V, b with Y'Y = V g V' and b = V'Y'r. 1 + g / s is never singular: columns of an arm at rest repeat each other."""
+    g, V = np.linalg.eigh(Y.T @ Y)
+    return np.maximum(g, 0.0), V, V.T @ (Y.T @ r)
 
 
 def _enough(search: Search, group: int) -> bool:
@@ -55,8 +61,7 @@ def _gain_at_noise(Y: Array, r: Array) -> float:
 
         (b'(G + 1)^-1 b - log|G + 1|) / 2,     G = Y'Y, b = Y'r
     """
-    g, V = np.linalg.eigh(Y.T @ Y)
-    g, b = np.maximum(g, 0.0), V.T @ (Y.T @ r)
+    g, _, b = _diagonalise(Y, r)
     return (float(b @ (b / (1 + g))) - float(np.log1p(g).sum())) / 2
 
 

@@ -1,9 +1,9 @@
-"""Whether a cause has one size: in all recordings, and for all parts of the torque that a sensor changes alike.
+"""Whether a cause has one size: in all recordings, and for all parts of the torque that a sensor changes in the same way.
 
     s^2 = (nats that a size for each part gains, twice, less their number - 1) / |u|^2
 
-is the share of the energy of a member's whitened torque u = sum_g u_g that one size misses, beyond noise. A law in the place of another
-often needs one size in each recording, or lags the drag and not the inertia.
+is the share of the energy of a member's whitened torque u = sum_g u_g that one size misses, beyond noise. A wrong law often needs another
+size in each recording, or another one for drag than for inertia.
 """
 
 import numpy as np
@@ -15,7 +15,7 @@ from nnhydro.diagnosis.search.best_fit import BestFit, best_fit
 from nnhydro.diagnosis.search.linearisation import calibrated_with
 from nnhydro.diagnosis.search.scored_set import ScoredSet
 from nnhydro.diagnosis.search.stepwise import Search
-from nnhydro.diagnosis.search.values import units_of
+from nnhydro.diagnosis.search.values import excess_scatter, units_of
 from nnhydro.effects.effect import InstrumentEffect
 from nnhydro.effects.sensor_view import SensorView
 from nnhydro.fitting.linear.least_squares import ridge
@@ -24,7 +24,7 @@ from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.motion import Motion
 
 Array = NDArray[np.float64]
-FAINT = 1e-3  # of the energy of all parts: a part with less tells no size
+FAINT = 1e-3  # share of the energy of all parts; a fainter part tells no size
 
 
 def _torque(search: Search, found: ScoredSet, k: int) -> tuple[BestFit, NDArray[np.int64], Array]:
@@ -39,21 +39,22 @@ def scatter_between_recordings(search: Search, found: ScoredSet, k: int) -> floa
 
         s^2 = (sum_g e_g (x_g - mean x)^2 - (G - 1)) / sum_g e_g,     x_g = u_g'r_g / e_g,  e_g = u_g'u_g
 
-    r is what the best fit leaves, g = 1 ... G the recordings. It is 0 of values of each recording's own.
+    r is what the best fit leaves, g = 1 ... G the recordings. It is 0 for values per recording.
     """
     if search.view.library.hypotheses[k].per_recording:
         return 0.0
     fit, _, torque = _torque(search, found, k)
-    energy, product = (np.bincount(units_of(search), (torque * other).sum(axis=1)) for other in (torque, fit.residual))
+    unit = units_of(search)
+    energy, product = (np.bincount(unit, (torque * other).sum(axis=1)).astype(float) for other in (torque, fit.residual))
     energy, product = energy[energy > 0], product[energy > 0]
-    excess = float(energy @ (product / energy - product.sum() / energy.sum()) ** 2) - (len(energy) - 1)
-    return float(np.sqrt(max(excess, 0.0) / energy.sum()))
+    return float(np.sqrt(max(excess_scatter(product / energy, energy), 0.0) / energy.sum()))
 
 
 def scatter_between_parts(search: Search, found: ScoredSet, k: int) -> float:
-    """Return s of the member's size between inertia, drag, added mass and so on; 0 of an effect that does not change these alike.
+    """Return s of the member's size between inertia, drag, added mass and so on; 0 for an effect that changes these differently.
 
-    Each part has its own size beside the baseline and the other members; u is what these cannot imitate.
+    Each part has its own size beside the baseline and the other members; u is what these cannot imitate. The last part also takes what
+    the faint parts left out, and the effect's curvature, leave of u: the parts sum to u.
     """
     h = search.view.library.hypotheses[k]
     if not (isinstance(h.effect, InstrumentEffect) and h.effect.additive) or h.per_recording or h.activity is not None:

@@ -33,8 +33,8 @@ from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.motion import Motion
 
 Array = NDArray[np.float64]
-SCATTER = 1.0  # nats^2: what two values more, fitted to chance alone, gain (half a chi-squared of two)
-PLANNED_HZ = 50.0  # rows a second at which planned motions are compared, at least: diagnosis never looks above 20 Hz
+SCATTER = 1.0  # nats^2: variance of the gain of two parameters fitted to noise alone (half a chi-squared of two)
+PLANNED_HZ = 50.0  # Hz: least row rate at which planned motions are compared; a diagnosis never looks above 20 Hz
 Members = tuple[int, ...]
 
 
@@ -52,7 +52,7 @@ class DiscriminationProblem:
 def discrimination_of(search: Search, claimed: ScoredSet) -> DiscriminationProblem | None:
     """Return the class of the first member of `claimed` that holds rivals; None where every finding stands alone.
 
-    Members whose values are each recording's own take no part: nobody knows their phase in the next recording.
+    Members with values per recording take no part: their phase in the next recording is unknown.
     """
     hypotheses = search.view.library.hypotheses
     for k in claimed.chosen:
@@ -210,19 +210,19 @@ class Discriminator:
         return size2, margin - occam[:, None]
 
     def expected_gain(self, motion: PlannedMotion, often: int) -> tuple[Array, Array]:
-        """Return lambda^2 and expected log evidence, both (members, members), that recording a motion so often adds."""
+        """Return lambda^2 and expected log evidence, both (members, members), that so many recordings of a motion add."""
         size2, margin = self.noncentralities(self.H + often * motion.G)
         return np.maximum(size2 - self.before[0], 0.0), margin - self.before[1]
 
     def chance(self, motion: PlannedMotion, often: int) -> float:
-        """Return the chance that recording a motion so often settles the matter."""
+        """Return the chance that so many recordings of a motion decide between the members."""
         return chance_settled(self.task, *self.expected_gain(motion, often), self.limits(self.H + often * motion.G))
 
     def limits(self, H: Array) -> Array:
         """Return by how many nats (members, members) the column must be behind the row, the truth, to leave its class on the rows of `H`.
 
-        Where the rival leaves less than 1 - EQUIVALENT_COSINE^2 of what the truth adds, its torque is alike: of one with no more values a
-        share of the gain is asked for, too.
+        Where the rival leaves less than 1 - EQUIVALENT_COSINE^2 of what the truth adds, its torque is similar: of one with no more values,
+        a share of the gain is required, too.
         """
         size2, common = self.noncentralities(H)[0], self._common_places()
         A = H[np.ix_(common, common)] + np.diag(self.precision[common])

@@ -17,9 +17,9 @@ from nnhydro.simulation.run import grid
 from nnhydro.simulation.sensors import channels
 
 Array = NDArray[np.float64]
-NARROW, WIDE = 0.3, 1.0  # shares of the limits between which motions are drawn
-SINES = 3
-DURATION_MARGIN = 2.0  # than what is usual on the rig: the most that a motion may last
+NARROW, WIDE = 0.3, 1.0  # shares of the limits between which the extents of motions are drawn
+SINES = 3  # sinusoids of a Fourier motion per joint
+DURATION_MARGIN = 2.0  # longest proposed motion, in usual durations on the rig
 
 
 @final
@@ -48,7 +48,7 @@ class CandidateMotion:
 
 
 def _carriage(rig: Rig, rng: np.random.Generator) -> dict[str, Any]:
-    """The carriage of a motion: at rest as often as not."""
+    """The carriage of a motion: at rest in half of the draws."""
     ramp = min(1.0, 0.2 * rig.seconds)
     speed = float(rng.choice([-1.0, 1.0]) * rng.uniform(NARROW, WIDE) * rig.u0) if rig.u0 > 0 and rng.random() < 0.5 else 0.0
     return {"carriage": {"u0_m_s": speed, "ramp_s": ramp, "start_s": 0.1}} if speed else {}

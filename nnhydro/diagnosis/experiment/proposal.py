@@ -23,17 +23,17 @@ from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.segment import Segment
 from nnhydro.runtime.files import write_text
 
-DRAWN, BETTERED = 60, 30  # motions tried at first, and in the neighbourhood of the best
-BEST = 5
-FEWEST, MOST = 3, 6  # times that a motion is to be recorded: what one recording shows no other one confirms
-TARGET_CHANCE = 0.9  # chance from which no further repeat is asked for
-POOR_CHANCE = 0.5  # chance below which a motion is called unlikely to settle anything
+DRAWN, BETTERED = 60, 30  # motions drawn at first, and in the neighbourhood of the best
+BEST = 5  # best motions whose neighbourhood is searched
+FEWEST, MOST = 3, 6  # fewest and most repeats of a proposed motion: no other recording confirms what a single one shows
+TARGET_CHANCE = 0.9  # chance of telling the causes apart from which no further repeat is asked for
+POOR_CHANCE = 0.5  # chance below which a motion is called unlikely to tell the causes apart
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Proposal:
-    """The motion to record next, how often, and what may be expected of it."""
+    """The motion to record next, how often, and the probability of a decision."""
 
     task: DiscriminationProblem
     motion: CandidateMotion
@@ -91,7 +91,7 @@ def motions_at_random(problem: Problem, model: StripTheory, rate_hz: float, coun
 
 
 def _merit(discriminator: Discriminator, motion: PlannedMotion, often: int) -> tuple[float, float]:
-    """The order of motions recorded so often: the chance of a decision, then the evidence between the closest pair."""
+    """The order of motions, each recorded that often: the chance of a decision, then the evidence between the closest pair."""
     return round(discriminator.chance(motion, often), 2), _least_pair(discriminator, motion, often)
 
 
@@ -101,7 +101,7 @@ def _least_pair(discriminator: Discriminator, motion: PlannedMotion, often: int)
 
 
 def _choose(discriminator: Discriminator, tried: Sequence[PlannedMotion]) -> tuple[PlannedMotion, int]:
-    """The motion that most likely settles the matter, and how often it is to be recorded: no oftener than is enough."""
+    """The motion that most likely decides, and the smallest sufficient number of its recordings."""
     for often in range(FEWEST, MOST):
         motion = max(tried, key=lambda x: _merit(discriminator, x, often))
         if discriminator.chance(motion, often) >= TARGET_CHANCE:

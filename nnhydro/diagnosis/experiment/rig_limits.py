@@ -17,10 +17,10 @@ from nnhydro.simulation.motions.motion_kind import State
 from nnhydro.simulation.recipe.per_joint import Magnitude
 
 Array = NDArray[np.float64]
-LONGEST = 60.0  # s, of a proposed motion
-TORQUE_MARGIN = 1.1  # of the largest torque measured: what a proposed motion may ask of drives whose limit nobody states
+LONGEST = 60.0  # s: longest proposed motion
+TORQUE_MARGIN = 1.1  # torque of a proposed motion over the largest measured one, if no limit of the drive is stated
 Span = tuple[float, float]
-Each = Magnitude | Annotated[tuple[Magnitude, ...], Field(min_length=1, max_length=10)]  # one number for all joints, or one a joint
+Each = Magnitude | Annotated[tuple[Magnitude, ...], Field(min_length=1, max_length=10)]  # one number for all joints, or one per joint
 
 
 @final
@@ -36,7 +36,7 @@ class Limits(Settings):
     _file: str = PrivateAttr(default="")  # that states them
 
     def check(self, joints: int) -> None:
-        """Raise ConfigError where the numbers and an arm of so many joints do not go together."""
+        """Raise ConfigError if the numbers do not fit an arm of so many joints."""
         where = f"{self._file}: " if self._file else "limits: "
         if self.q_rad is not None:
             require(len(self.q_rad) == joints, f"{where}q_rad has {count_text(len(self.q_rad), 'range')} for an arm of "
@@ -46,7 +46,7 @@ class Limits(Settings):
             given = getattr(self, key)
             if isinstance(given, tuple):
                 require(len(given) == joints, f"{where}{key} lists {count_text(len(given), 'number')} for an arm of "
-                        f"{count_text(joints, 'joint')}: list one a joint, or give one number without brackets for all")
+                        f"{count_text(joints, 'joint')}: list one per joint, or give one number without brackets for all")
 
 
 def read_limits(path: Path) -> Limits:

@@ -19,7 +19,7 @@ from nnhydro.effects.effect import InstrumentEffect
 from nnhydro.models.strip_theory import StripTheory
 
 Array = NDArray[np.float64]
-KNOWN = 0.03  # standard deviations of the prior: parameters known to less move no value that matters
+KNOWN = 0.03  # posterior over prior standard deviation; a baseline parameter known better moves no value that matters
 
 
 def spread_by_baseline(search: Search, found: ScoredSet, k: int) -> Array:

@@ -8,19 +8,19 @@ import numpy as np
 from nnhydro.diagnosis.constants import FORM, LEAST_GAIN
 from nnhydro.diagnosis.decision.catalogue_probability import listed_probability
 from nnhydro.diagnosis.problem.hypothesis import Key
-from nnhydro.diagnosis.search.scored_set import ScoredSet, without_member
+from nnhydro.diagnosis.search.scored_set import ScoredSet
 from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.diagnosis.search.values import values_of
 from nnhydro.fitting.linear.least_squares import ridge
 
-EQUIVALENT_COSINE = 1 - 2 * FORM**2  # of visible torques from which two effects are one: each may be off by FORM, in opposite directions
-EQUIVALENT_SHARE = FORM / 2  # of all that a finding gains: an effect of the same torque that is behind by less cannot be told from it
+EQUIVALENT_COSINE = 1 - 2 * FORM**2  # cosine of visible torques from which two effects are one: each may be off by FORM, oppositely
+EQUIVALENT_SHARE = FORM / 2  # share of a finding's gain; an effect of equal torque that is behind by less is equivalent
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Rival:
-    """An effect that could take a finding's place: nats behind it, its weight, whether the data cannot tell it from the finding."""
+    """An effect that could take a finding's place: nats behind it, its weight, whether the data cannot distinguish it from the finding."""
 
     number: int
     deficit: float
@@ -53,7 +53,7 @@ def replace_special_laws(search: Search, found: ScoredSet) -> ScoredSet:
     """
     library = search.view.library
     for k in found.chosen:
-        rest = without_member(found.chosen, k)
+        rest = found.without(k)
         plainer = [i for i, hypothesis in enumerate(library.hypotheses) if search.place(i) == search.place(k)
                    and hypothesis.key != library.hypotheses[k].key and not hypothesis.effect.general
                    and parameter_count(search, i) < parameter_count(search, k)]
@@ -75,7 +75,7 @@ def replace_by_simpler(search: Search, found: ScoredSet) -> ScoredSet:
     Never by the general form of a family.
     """
     for k in found.chosen:
-        rest = without_member(found.chosen, k)
+        rest = found.without(k)
         _, others = rivals_of(search, found, k)
         near = [rival.number for rival in others if rival.equivalent and rival.deficit < LEAST_GAIN
                 and parameter_count(search, rival.number) < parameter_count(search, k)
@@ -101,7 +101,7 @@ def _cosine(search: Search, found: ScoredSet, k: int, there: ScoredSet, other: i
 def _resembling(search: Search, base: ScoredSet, k: int) -> list[int]:
     """Return the best laws of the standard terms of its joint for which the card of member `k` may be taken, and the other way round.
 
-    Every joint has them: they are rivals however many special laws would gain more in its place.
+    Every joint has them: they are rivals even if many special laws would gain more.
     """
     hypotheses, taken = search.view.library.hypotheses, search.occupied_places(base.chosen)
     effect, laws = hypotheses[k].effect, dict[Key, list[int]]()
@@ -116,7 +116,7 @@ def _resembling(search: Search, base: ScoredSet, k: int) -> list[int]:
 
 def rivals_of(search: Search, found: ScoredSet, k: int) -> tuple[float, list[Rival]]:
     """Return the confidence in the name of member `k`, its equivalents included, and what could take its place, best first."""
-    rest = without_member(found.chosen, k)
+    rest = found.without(k)
     base = search.score(rest)
     best: dict[Key, tuple[float, int]] = {}
     for number in (*search.screen(rest), *_resembling(search, base, k)):

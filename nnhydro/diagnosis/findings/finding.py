@@ -51,7 +51,7 @@ class Parameter:
 @final
 @dataclass(frozen=True, eq=False, repr=False)
 class Finding(ResultView):
-    """One effect that the baseline omits; its data frame has a row a parameter."""
+    """One effect that the baseline omits; its data frame has one row per parameter."""
 
     law: AnyEffect
     family: str | None  # None where the alternatives span families
@@ -136,7 +136,7 @@ def findings_of(search: Search, found: ScoredSet) -> list[Finding]:
 
 
 def _finding(search: Search, found: ScoredSet, k: int, tangents: Tangents | None) -> Finding:
-    """Return the finding of member `k`; nonlinear values change the torque of the set along `tangents`."""
+    """Return the finding of member `k`; along `tangents`, nonlinear values change the torque of the set."""
     h = search.view.library.hypotheses[k]
     values = values_of(search, found, k, tangents)
     scale_spread = search.view.library.design.scale_spread if isinstance(h.effect, LoadEffect) else 0.0

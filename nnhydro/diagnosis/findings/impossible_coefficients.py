@@ -2,7 +2,7 @@
 
     theta_free = argmin |y - Y theta|^2,   theta_possible: the same within the physical bounds
 
-Told where |y - Y theta_possible| > MOST_LEFT |tau| and |y - Y theta_free| < MOST_LEFT^2 |tau|: possible coefficients leave much of the
+Reported where |y - Y theta_possible| > MOST_LEFT |tau| and |y - Y theta_free| < MOST_LEFT^2 |tau|: possible coefficients leave much of the
 torque, free ones little. Beside an omitted effect that hides in a coefficient of the wrong sign, possible ones leave less.
 """
 
@@ -15,7 +15,7 @@ from nnhydro.models.stated_terms import stated_values
 from nnhydro.physics.loads.rigid_body import RigidBody
 
 Array = NDArray[np.float64]
-MOST_LEFT = 1 / 3  # of the torque: where noise, or the best possible coefficients, leave more, nothing is said to be complete
+MOST_LEFT = 1 / 3  # share of the torque that the best physically possible coefficients may leave before they are called impossible
 
 
 def impossible_coefficients(design: Design) -> list[str]:

@@ -14,7 +14,7 @@ def place(joint: int | None) -> str:
 
 
 def parameters_sheet(findings: Sequence[Document]) -> Sheet:
-    """Return one row a parameter of a finding."""
+    """Return one row per parameter of a finding."""
     rows = [(f["effect"], f["joint"], name, p) for f in findings for name, p in f["parameters"].items()]
     return Sheet("Parameters of the missing physics", (
         Column("effect", [effect for effect, _, _, _ in rows], words=True), Column("joint", [joint for _, joint, _, _ in rows]),

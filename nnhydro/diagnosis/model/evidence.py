@@ -67,7 +67,7 @@ class WhiteRows:
     def unknown_of_unit_share(self) -> Array:
         """Prior standard deviations (joints m,), N m, of an unknown whose groups together make each joint's torque, all as much."""
         u, design = self.unknown, self.design
-        energy = np.bincount(u.group, u.s**2 * (u.Phi**2).sum(axis=0), len(u.names)) / design.time
+        energy = np.bincount(u.group, u.s**2 * (u.Phi**2).sum(axis=0), len(u.names)) / design.duration
         sizes = 1.0 / np.sqrt(np.maximum(len(u.names) * energy, 1e-300))
         return np.concatenate([sizes[u.group] * u.s * scale for scale in design.scale])
 

@@ -16,8 +16,8 @@ from nnhydro.diagnosis.constants import SMALLEST_SIZE
 from nnhydro.diagnosis.model.evidence import Columns, Posterior, WhiteRows, posterior
 
 Array = NDArray[np.float64]
-LARGEST = 3.0  # of the torque's rms
-UPDATES = 6
+LARGEST = 3.0  # largest size of the unknown in rms torques
+UPDATES = 6  # most iterations of the unknown's sizes
 
 
 @final

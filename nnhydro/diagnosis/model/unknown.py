@@ -4,7 +4,7 @@
 
 c: state variables (angles, rates, accelerations, carriage speed, slowed rates, travel since the last reversal, model torques and their
 rates) and pairs of them; xi in [0, 1] is the mean of a variable's place in its range and of its rank, so that cosines vary where the data
-are. A cosine basis with falling weights is a Gaussian process in a box; one size tau for every variable and joint, one a joint for all
+are. A cosine basis with falling weights is a Gaussian process in a box; one size tau for every variable and joint, one per joint for all
 pairs, so that it is a friction only where it says so. It has no constant: the offset of a
 recording belongs to the noise of the lowest band, that of a table of steady runs to the laws. The noise of such a table is estimated beside
 a constant, or it would hold the offset.
@@ -24,12 +24,12 @@ from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.motion import Motion
 
 Array = NDArray[np.float64]
-COSINES = 6  # of one variable
-PAIRED = 2  # of each variable of a pair
-SLOWED = 0.3  # s: time over which rates are slowed, a memory that no state holds
+COSINES = 6  # cosines of one variable
+PAIRED = 2  # cosines of each variable of a pair
+SLOWED = 0.3  # s: time over which rates are averaged, a memory that no state holds
 CONSTANT = "constant"  # of steady tables
 PAIRS = "pairs of variables"
-RANGE = (0.5, 99.5)  # % of the data that span a variable's box
+RANGE = (0.5, 99.5)  # percentiles of the data that span the box of a variable
 
 
 @final

@@ -1,1 +1,1 @@
-"""The noise model: a spectrum a joint, a scale a recording."""
+"""The noise model: one spectrum per joint, one scale per recording."""

@@ -1,4 +1,4 @@
-"""Noise: a common spectrum a joint, a scale a recording, and the model error of what is explained.
+"""Noise: a common spectrum per joint, one scale per recording, and the model error of what is explained.
 
     v_nj = sigma_gj^2 S_j(f) + (FORM^2 + (2 pi f LATE)^2) E_gj(band) + BASELINE_FORM^2 B_gj(band) + I_gj(f)       [(N m)^2 s]
 
@@ -29,15 +29,14 @@ from nnhydro.models.strip_theory import StripTheory
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-RATIO = 1.6  # from band to band
-ROUNDS = 4
-LEAST = 1e-12  # of the torque's mean square: a computed torque without noise
+RATIO = 1.6  # ratio of the edges of successive bands
+LEAST = 1e-12  # least noise, in mean squares of the torque: a computed torque has none
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Bands:
-    """The band `of` (n,) each row: the mean of a block is a band of its own, then edges in ratio `RATIO`; steady rows are the first.
+    """The band `of` (n,) each row: the mean of a block is the first band, followed by edges in ratio `RATIO`; steady rows are the first.
 
     Between the centres of bands the spectrum runs straight in the logarithms: row n lies `share` (n,) of the way from band `low` to `high`.
     """
@@ -113,7 +112,7 @@ def _cells(design: Design, bands: Bands, x: Array) -> Array:
 
 
 def white_noise(design: Design) -> Noise:
-    """Return white noise as large as what the baseline alone leaves, a joint, and the variance of the baseline's own form."""
+    """Return white noise as large as what the baseline alone leaves, per joint, and the variance of the baseline's form error."""
     bands = Bands.of_design(design)
     level = np.maximum((design.excess**2).mean(axis=0), LEAST * np.maximum(design.scale, 1e-150) ** 2)
     form = BASELINE_FORM**2 * _cells(design, bands, (design.tau - design.excess) ** 2) + design.input_variance
@@ -182,8 +181,8 @@ def reestimate(design: Design, noise: Noise, whitened: WhiteRows, columns: Colum
     return Noise(bands, noise.group, S, sigma2, noise.form)
 
 
-FIRST_SIZE = 0.1  # of the unknown, from which its sizes are climbed
-NOISE_ROUNDS = 3
+FIRST_SIZE = 0.1  # size of the unknown from which its evidence is maximised
+NOISE_ROUNDS = 3  # iterations between the noise and the sizes of the unknown
 
 
 def calibrated_noise(design: Design, unknown: Unknown) -> tuple[Noise, WhiteRows, Sizes, StripTheory]:

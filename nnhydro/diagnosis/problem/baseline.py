@@ -1,7 +1,7 @@
 """What the recordings are compared with: a physics model by name or from a file, any other model file, or the user's own column.
 
-Whatever it is, physics may be recalibrated beside it: the columns of a physics model stand next to every hypothesis. A simulation that is
-not physics of ours stays as it is, and these columns hold changes of it.
+In each case, physics may be recalibrated with it: the columns of a physics model stand next to every hypothesis. A simulation from outside
+stays as it is, and these columns hold changes of it.
 """
 
 from dataclasses import dataclass, replace
@@ -31,7 +31,7 @@ from nnhydro.recordings.splitting import Unit
 
 Array = NDArray[np.float64]
 COLUMN = "column"
-WIDER = 3.0  # times the fit's prior deviation of 1: a rolling ship has a C_M of 10 by the cylinder's measure
+WIDER = 3.0  # prior deviations of added mass over those of a cylinder: a rolling ship has a C_M of 10
 
 
 @final
@@ -99,7 +99,7 @@ class Baseline:
         return replace(self.physics, loads=self.physics.loads.with_linear(self.prior.mean + self.prior.F @ z))
 
     def recalibration(self, z: Array) -> dict[str, list[float]]:
-        """Return the coefficients of the water at `z` (r,), a value a link; beside a simulation, whose own are not known, their change."""
+        """Return the water's coefficients at `z` (r,), one value per link; of a simulation, whose values are unknown, their change."""
         made, start = self.at(z).loads.terms, self.at(np.zeros(len(z))).loads.terms
         pairs = (("cd", "normal_drag", "C_D"), ("cm", "added_mass", "C_M"))
         return {key: [value - (0.0 if self.is_physics else before) for value, before in

@@ -34,8 +34,8 @@ from nnhydro.recordings.filtering.preprocessing import Preparation
 from nnhydro.recordings.filtering.trajectory import NOISE_DRAWS
 
 Array = NDArray[np.float64]
-EXCITED = 0.99  # share of the inertia's torque below the quickest part of a motion, and above its slowest
-WAVE_PERIODS = 2.0  # at least, of a wave in the longest recording
+EXCITED = 0.99  # share of the inertia's torque between the slowest and the quickest part of a motion
+WAVE_PERIODS = 2.0  # fewest periods of a wave in the longest recording; with fewer it is a drift
 SMOOTHED = 7  # frequencies over which a variance is averaged
 
 
@@ -69,8 +69,7 @@ class Design:
     def columns(self, hypotheses: Sequence[Hypothesis], model: StripTheory, predicted: bool = False) -> Array:
         """Return the columns (n, joints, K) of `hypotheses`, instruments at the reading of `model`.
 
-        Where nothing is driven, the equation of motion holds up to a factor: X - a M, a the share of the model's largest part in X,
-        M the model's torque. Else a load that lifts the weight would leave no torque at all to explain.
+        Where nothing is driven: X - a M, a the share of the model's largest part in X, M the model's torque (see free_machines).
         """
         made = self.rows(lambda stretch: columns_on(hypotheses, model, stretch, predicted))
         return made - (self.tau - self.y)[..., None] * self.shares_of_model(hypotheses, model) if self.undriven else made
@@ -78,20 +77,20 @@ class Design:
     def shares_of_model(self, hypotheses: Sequence[Hypothesis], model: StripTheory | None = None) -> Array:
         """Return how much of the model's largest part the columns of `hypotheses` hold, (K,); 0 where the machine is driven.
 
-        Where that is the weight, it counts what they hold at rest: what depends on rates or accelerations resembles the weight where
-        nothing is driven, but lifts nothing. Where it is the inertia, what depends on accelerations counts.
+        Where that is the weight, it counts what they hold at rest: laws of rates or accelerations resemble the weight where nothing
+        is driven, but do not lift it. Where it is the inertia, what depends on accelerations counts.
         """
         if not self.undriven:
             return np.zeros(sum(hypothesis.width for hypothesis in hypotheses))
         known = model or self.baseline.at(np.zeros(self.Y.shape[2]))
 
         def on(stretch: Stretch) -> Array:
-            """Return the columns on a stretch, predicted."""
-            return columns_on(hypotheses, known, stretch, True)
+            """Return what counts of the columns on a stretch, predicted."""
+            if self.heavy:
+                return columns_on(hypotheses, known, stretch.at_rest(), True)
+            return columns_on(hypotheses, known, stretch, True) - columns_on(hypotheses, known, stretch.at_constant_rates(), True)
 
-        if self.heavy:
-            return shares_of_largest(self, self.rows(lambda stretch: on(stretch.at_rest())))
-        return shares_of_largest(self, self.rows(lambda stretch: on(stretch) - on(stretch.unaccelerated())))
+        return shares_of_largest(self, self.rows(on))
 
     @cached_property
     def scale(self) -> Array:
@@ -100,9 +99,9 @@ class Design:
         Nothing driven is resisted by the drag that the baseline has, too: an effect may be as large, however much of it drag can take.
         """
         if self.undriven:
-            measured = np.maximum(np.sqrt((self.excess**2).sum(axis=0) / self.time), self.resistance)
+            measured = np.maximum(np.sqrt((self.excess**2).sum(axis=0) / self.duration), self.resistance)
         else:
-            measured = np.sqrt((self.tau**2).sum(axis=0) / self.time)
+            measured = np.sqrt((self.tau**2).sum(axis=0) / self.duration)
         made: Array = np.maximum(measured, 1e-3 * max(float(measured.max()), 1e-12))
         return made
 
@@ -140,7 +139,7 @@ class Design:
         return ridge((self.Y / size[:, None]).reshape(n * joints, p), (self.y / size).ravel())
 
     @cached_property
-    def time(self) -> float:
+    def duration(self) -> float:
         """Duration of all rows, s, steady rows counted as 1: sums of squares over it are mean squares."""
         stretches = self.problem.stretches
         return float(sum((block.stop - block.start) * (1.0 if block.steady else stretches[block.stretch].segment.dt)
@@ -158,7 +157,7 @@ class Design:
             made: Array = (loads.torque(flow) - loads.torque(still)).numpy()
             return made
 
-        made: Array = np.sqrt((self.rows(by_rates) ** 2).sum(axis=0) / self.time)
+        made: Array = np.sqrt((self.rows(by_rates) ** 2).sum(axis=0) / self.duration)
         return made
 
     @cached_property
@@ -178,12 +177,12 @@ class Design:
     @cached_property
     def part_rms(self) -> Array:
         """The rms of the model's weight and of its inertia's torque, (joints, 2)."""
-        made: Array = np.sqrt((self._weight_and_inertia**2).sum(axis=0) / self.time)
+        made: Array = np.sqrt((self._weight_and_inertia**2).sum(axis=0) / self.duration)
         return made
 
     @property
     def excited(self) -> tuple[float, float]:
-        """The frequencies, Hz, below and above which the share 1 - EXCITED of the inertia's torque lies, all joints alike."""
+        """The frequencies, Hz, below and above which the share 1 - EXCITED of the inertia's torque lies, all joints weighted equally."""
         power = (self._weight_and_inertia[..., 1] ** 2).sum(axis=0)
         shares = (self._weight_and_inertia[..., 1] ** 2 / np.maximum(power, 1e-300)).sum(axis=1)
         order = np.argsort(self.problem.frequency)
@@ -231,7 +230,7 @@ class Design:
     @cached_property
     def undriven(self) -> bool:
         """Whether the measured torque is nothing beside the model's parts: a free pendulum, a rolling ship."""
-        measured = np.sqrt((self.tau**2).sum(axis=0) / self.time)
+        measured = np.sqrt((self.tau**2).sum(axis=0) / self.duration)
         return bool((measured < 1e-3 * self.part_scale).all())
 
 
@@ -240,7 +239,7 @@ def relevant_share(design: Design, squares: Array) -> float:
 
         min(RELEVANT, sqrt(FORM) min_j sqrt(sum_n squares_nj / time) / scale_j)
     """
-    left = np.sqrt(squares.sum(axis=0) / design.time) / np.maximum(design.scale, 1e-300)
+    left = np.sqrt(squares.sum(axis=0) / design.duration) / np.maximum(design.scale, 1e-300)
     return float(min(RELEVANT, FORM**0.5 * left.min()))
 
 
@@ -283,7 +282,7 @@ def hypotheses_for(design: Design, without: Sequence[str] = ()) -> tuple[Hypothe
     """Return every hypothesis that makes sense for the arm and the torques of `design`.
 
     What has a frequency has it within the band; what swings with the motion between the slowest and the quickest parts of the motion. With
-    a phase of its own in every recording, less than WAVE_PERIODS in the longest are a drift of any cause.
+    a phase per recording, fewer than WAVE_PERIODS in the longest are a drift of any cause.
     """
     measured = [np.abs(stretch.segment.tau).max(axis=0) for stretch in design.problem.stretches if stretch.segment.tau is not None]
     segments = [stretch.segment for stretch in design.problem.stretches]

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from nnhydro.diagnosis.problem.design import Design
 
 Array = NDArray[np.float64]
-LEAST = 0.1  # of the model's scale: beyond, a law would carry the machine in the place of the model
+LEAST = 0.1  # least share of the weight that the model keeps beside a law: no law may carry the machine
 
 
 def shares_of_largest(design: "Design", columns: Array) -> Array:
@@ -37,7 +37,7 @@ def scale_factor(shares: Array, values: Array) -> float:
 
 
 def scale_direction(design: "Design") -> Array:
-    """Return how z (r,) changes the energy of the model's largest part, weight or inertia: where nothing is driven no torque tells it.
+    """Return how z (r,) changes the energy of the model's largest part, weight or inertia: if nothing is driven, no torque determines it.
 
         a = sum_n Y_n' tau_n,   Y, tau the part's columns and torque
     """

@@ -21,7 +21,7 @@ from nnhydro.recordings.arm import Arm
 AnyEffect = LoadEffect | InstrumentEffect
 Span = tuple[float, float]
 Key = tuple[str, int]
-LONG_GRID, COUNTED_GRID = 9, 50  # values from which every second one is tried at first; longer grids count something (teeth)
+LONG_GRID, COUNTED_GRID = 9, 50  # lengths of a grid between which every second value is tried at first; longer ones count teeth
 
 
 @final
@@ -56,7 +56,7 @@ class Hypothesis:
 
     @cached_property
     def width(self) -> int:
-        """Number of columns: one a linear parameter, one more for the constant of an effect that has an offset of its own."""
+        """Number of columns: one per linear parameter, and one for the constant of an effect with a random intercept."""
         return len(self.effect.linear_names()) + self.effect.random_intercept
 
     @property
@@ -66,7 +66,7 @@ class Hypothesis:
 
     @property
     def differs_between_recordings(self) -> bool:
-        """Whether it tells recordings apart: by values of each recording's own, or by acting in some of them only."""
+        """Whether it differs between recordings: it has values per recording, or acts in some of them only."""
         return self.per_recording or (self.activity is not None and self.activity.sector is None)
 
     @cached_property

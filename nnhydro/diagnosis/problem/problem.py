@@ -31,10 +31,10 @@ from nnhydro.recordings.surroundings import with_heading
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-FEWEST_BLOCKS = 16  # in all: noise and held-out scores need so many independent stretches
-FEWEST_PERIODS = 6.0  # of the band's edge in a block
-MARGIN = 0.5  # periods of the band's edge at either end of a stretch: there a spline's second derivative is known worst
-MOST_STUDIED = 60  # recordings: more hardly sharpen a name, and memory and the search's time grow with them
+FEWEST_BLOCKS = 16  # fewest blocks in all: noise and held-out scores need so many independent stretches
+FEWEST_PERIODS = 6.0  # fewest periods of the band's edge in a block
+MARGIN = 0.5  # periods of the band's edge cut from either end of a stretch, where the second derivative of a spline is least certain
+MOST_STUDIED = 60  # most recordings of a diagnosis: more rarely sharpen a name, and cost memory and time
 
 
 @final
@@ -52,7 +52,7 @@ class Stretch:
         """What the sensors see of the stretch where a model is the truth: computed once for all rounds of the search."""
         return Memo()
 
-    def unaccelerated(self) -> "Stretch":
+    def at_constant_rates(self) -> "Stretch":
         """Return the stretch as if the arm kept each of its rates."""
         return replace(self, segment=replace(self.segment, qdd=0 * self.segment.qdd, other_qdd=None))
 

@@ -6,7 +6,7 @@ Where the amplitudes a_m fall into some near 1 and some near 0, the law with the
 score, its prior shared between the parts that are tried; and it must leave the unknown at most LEAVES of what the whole law leaves. So a
 part is taken only where the rest of the campaign speaks against the law, not where it is silent. Order in time is known from clocks alone.
 A pump that runs in five recordings of fourteen moves the mean of all by little, and a wave with an amplitude for each recording follows it.
-Laws are therefore also screened by what they gain with values of each recording's own, over those in which they gain:
+Laws are therefore also screened by what they gain with values per recording, over those in which they gain:
 
     gain_k = sum_g max(0, (b'(G + RHO^-2)^-1 b - log|RHO^2 G + I|) / 2),     G = X_kg'W X_kg,  b = X_kg'W r_g,  r what a set leaves
 
@@ -31,16 +31,16 @@ from nnhydro.diagnosis.problem.hypothesis import AnyEffect, Hypothesis, Key
 from nnhydro.diagnosis.problem.problem import Stretch
 from nnhydro.diagnosis.search.best_fit import remainder_without_unknown
 from nnhydro.diagnosis.search.library import Library
-from nnhydro.diagnosis.search.scored_set import ScoredSet, without_member
+from nnhydro.diagnosis.search.scored_set import ScoredSet
 from nnhydro.diagnosis.search.stepwise import FITTED_EXACTLY, GrownSearch, Search
 from nnhydro.diagnosis.search.weighted_library import WeightedLibrary
 from nnhydro.effects.effect import InstrumentEffect
 from nnhydro.models.strip_theory import StripTheory
 
 Array = NDArray[np.float64]
-BINS = 8  # of a joint's angle
+BINS = 8  # bins of a joint's angle
 IN_THE_DRIVE = 1  # stage of an instrument effect (effects/effect.py)
-CLEAR = 0.25  # amplitude, of the whole law's, below which a part is silent; above 1 less this it acts
+CLEAR = 0.25  # amplitude over that of the whole law, below which a part is silent; above 1 less this it acts
 
 
 def _products(search: Search, found: ScoredSet, k: int, parts: Array) -> tuple[Array, Array]:
@@ -49,7 +49,7 @@ def _products(search: Search, found: ScoredSet, k: int, parts: Array) -> tuple[A
     The unknown is left out: it could take the place of any part.
     """
     view = search.view
-    columns = view.join(without_member(found.chosen, k))
+    columns = view.join(found.without(k))
     fit = without_unknown(view.whitened, columns)
     Xw = view.whitened.weigh(parts)
     cross = view.whitened.cross(Xw)
@@ -152,7 +152,7 @@ def _alike(widths: Array) -> Iterator[tuple[int, int, int]]:
 
 
 def gains_by_recording(search: Search, base: ScoredSet) -> Array:
-    """Return what each shared law gains beside `base` where its values are each recording's own, (shared laws,)."""
+    """Return what each shared law gains beside `base` if it has values per recording, (shared laws,)."""
     view, left, gained = search.view, remainder_without_unknown(search, base), []
     groups = [np.flatnonzero(view.whitened.group == g) for g in range(view.library.design.problem.groups)]
     for numbers, X in view.library.runs(view.shared):
@@ -165,7 +165,7 @@ def gains_by_recording(search: Search, base: ScoredSet) -> Array:
 
 
 def laws_of_some_recordings(search: Search, base: ScoredSet, found: ScoredSet, most: int = FITTED_EXACTLY) -> list[int]:
-    """Return the laws that gain most beside `base` with values of each recording's own, the best of a key, and more than `found` gains."""
+    """Return the laws that gain most beside `base` with values per recording, the best of a key, and more than `found` gains."""
     view = search.view
     with_them, alone = (without_unknown(view.whitened, view.join(scored.chosen)).log_evidence for scored in (found, base))
     gains, taken = gains_by_recording(search, base), search.occupied_places(base.chosen)
@@ -209,7 +209,7 @@ def _may_be_confined(h: Hypothesis) -> bool:
 def _whole(search: Search, found: ScoredSet, k: int) -> ScoredSet:
     """Return `found` with the law of member `k` in the whole campaign."""
     hypotheses = search.view.library.hypotheses
-    h, rest = hypotheses[k], without_member(found.chosen, k)
+    h, rest = hypotheses[k], found.without(k)
     same = [i for i, other in enumerate(hypotheses)
             if other.activity is None and other.effect == h.effect and other.working_model is h.working_model]
     return search.score((*rest, *same[:1]))
@@ -218,10 +218,10 @@ def _whole(search: Search, found: ScoredSet, k: int) -> ScoredSet:
 def in_parts(search: Search, found: ScoredSet, model: StripTheory) -> GrownSearch:
     """Return `found` with laws confined to the part of the campaign in which they act, where the rest speaks against them.
 
-    Members are asked. Where the unknown holds more than chance, so are the laws that gain most beside them and beside nothing. There, and
-    where a member has values for each recording, so are `laws_of_some_recordings`. All but members are asked for whole recordings only:
+    Members are tried. Where the unknown holds more than chance, so are the laws that gain most beside them and beside nothing. There, and
+    where a member has values for each recording, so are `laws_of_some_recordings`. All others are tried for whole recordings only:
     a law of the angles passes for many others in a sector.
-    Laws of which a part cannot be predicted (gaps, clippings) are not asked: where they are silent they may only be late.
+    Laws of which a part cannot be predicted (gaps, clippings) are not tried: where they are silent they may only be late.
     """
     asked = {(k, found) for k in found.chosen}
     shared = search.score([k for k in found.chosen if not search.view.library.hypotheses[k].per_recording])

@@ -23,7 +23,7 @@ from nnhydro.diagnosis.search.stepwise import Search
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-ROUNDS = 4
+ROUNDS = 4  # iterations of the weights
 
 
 @final
@@ -82,7 +82,7 @@ def fit_at(search: Search, found: ScoredSet, v: Array) -> BestFit:
 
 
 def _shares_of_model(search: Search, found: ScoredSet) -> Array:
-    """The shares of the model (k,) that the scaled columns of a set hold; a phase of each recording's own carries none."""
+    """The shares of the model (k,) that the scaled columns of a set hold; a phase per recording carries none."""
     library = search.view.library
     parts = [np.zeros(search.view.columns(k).Xw.shape[2]) if library.hypotheses[k].per_recording or not library.design.undriven else
              library.design.shares_of_model([library.hypotheses[k]]) * library.scale[library.at(k)] for k in found.chosen]

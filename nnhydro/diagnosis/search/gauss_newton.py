@@ -17,7 +17,7 @@ from nnhydro.diagnosis.search.tangents import NewtonStep, shift_values, step_of,
 from nnhydro.effects.effect import InstrumentEffect
 from nnhydro.models.strip_theory import StripTheory
 
-STEPS, HALVINGS = 5, 3
+STEPS, HALVINGS = 5, 3  # most steps, and halvings of one step
 ALIKE = 0.5  # nats of the score that a step may lose: one standard deviation
 
 

@@ -15,7 +15,7 @@ from nnhydro.diagnosis.problem.hypothesis import Hypothesis, Key
 from nnhydro.models.strip_theory import StripTheory
 
 Array = NDArray[np.float64]
-COLUMNS_AT_A_TIME = 128  # columns that are multiplied at a time: more would be held twice
+COLUMNS_AT_A_TIME = 128  # columns multiplied at a time, which bounds the memory
 
 
 @final
@@ -41,9 +41,9 @@ class Library:
     def of_columns(design: Design, hypotheses: Sequence[Hypothesis], X: Array) -> "Library":
         """Return the library of `hypotheses` with columns `X` (n, joints, K) in the units of their effects; `X` is used up.
 
-        A column that moves no torque to speak of at any value within its physical bounds is empty: a wave along a link that is held.
+        A column that moves no relevant torque at any value within its physical bounds is empty: a wave along a link that is held.
         """
-        rms = np.sqrt(np.einsum("njk,njk->jk", X, X) / design.time) / np.maximum(design.scale, 1e-300)[:, None]
+        rms = np.sqrt(np.einsum("njk,njk->jk", X, X) / design.duration) / np.maximum(design.scale, 1e-300)[:, None]
         largest = rms.max(axis=0) if X.shape[2] else np.zeros(0)
         most = np.abs(_spans(hypotheses)).max(axis=1)
         felt = (largest > 0) & (largest * most > RELEVANT)
@@ -108,10 +108,10 @@ class Library:
         return counts
 
     def log_prior(self, k: int) -> float:
-        """Return the log prior odds of hypothesis `k`: every key alike, every law of a key alike, every part of a campaign alike.
+        """Return the log prior odds of hypothesis `k`: equal for every key, every law of a key, and every part of a campaign.
 
         A standard term of a joint is as probable as not: what machines have, few baselines hold. That a law acts in a part
-        only is as improbable as a claim without the least gain. Frequencies of each recording's own were chosen from all in the band.
+        only is as improbable as a claim without the least gain. Frequencies per recording were chosen from all in the band.
         """
         h = self.hypotheses[k]
         part = 0.0 if h.activity is None else LEAST_GAIN + np.log(self._parts[h.key])

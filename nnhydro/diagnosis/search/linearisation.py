@@ -22,7 +22,7 @@ from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion
 
-STALE = 0.03  # of the fitted values by which those differ about which columns are taken: what bends is then known to 3 %
+STALE = 0.03  # relative change of the fitted values from which columns are linearised again: curvature is then known to 3 %
 
 
 def scaled_values(view: WeightedLibrary, found: ScoredSet, k: int) -> dict[int, torch.Tensor]:

@@ -15,21 +15,21 @@ from nnhydro.diagnosis.search.wave_frequencies import lines_at_peak
 from nnhydro.effects.effect import InstrumentEffect
 from nnhydro.models.strip_theory import StripTheory
 
-ROUNDS, PER_RECORDING_ROUNDS = 5, 5  # of finer values; of values that are each recording's own
-ONE_DEVIATION = 0.5  # nats: one standard deviation; a round that changes less is the last
+ROUNDS, PER_RECORDING_ROUNDS = 5, 5  # iterations of finer values, and of finer values for each recording
+ONE_DEVIATION = 0.5  # nats: one standard deviation; a round that gains less is the last
 
 
 def with_smallest_waves(search: Search, best: ScoredSet, model: StripTheory) -> GrownSearch:
-    """Return `best` with what has a direction in the one, of those that fit alike, in which the water moves least.
+    """Return `best` with what has a direction in the one, of those that fit equally well, in which the water moves least.
 
-    Where a held link meets the part of a wave across it alone, a = a_n / |cos x| for all angles x alike has its mode at a_n.
+    Where a held link meets the part of a wave across it alone, a = a_n / |cos x| with equally likely angles x has its mode at a_n.
     """
     for k in best.chosen:
         hypotheses = search.view.library.hypotheses
         h = hypotheses[k]
         if not h.per_recording or h.values_by_recording or "direction" not in h.spans:
             continue
-        others, start = [x for x in best.chosen if x != k], len(hypotheses)
+        others, start = best.without(k), len(hypotheses)
         alike = [other for other in hypotheses if other.key == h.key and not other.values_by_recording]
         directions = {getattr(other.effect, "direction"): other.spans["direction"] for other in alike}  # noqa: B009
         turned = [h.with_nonlinear({"direction": direction}, {"direction": span}) for direction, span in directions.items()]
@@ -68,7 +68,7 @@ def _at_end(h: Hypothesis, name: str, end: float) -> Hypothesis:
 
 def _about_fit(search: Search, found: ScoredSet, k: int, laws: Sequence[Hypothesis], model: StripTheory, again: bool) -> list[Hypothesis]:
     """Return instrument `laws` in place of member `k`, their columns about its values; `again`: about those that fit each best, too."""
-    others, start = [x for x in found.chosen if x != k], len(search.view.library.hypotheses)
+    others, start = found.without(k), len(search.view.library.hypotheses)
     about = [hypothesis.linearised_at(scaled_values(search.view, found, k), model) for hypothesis in laws]
     if not again:
         return about
@@ -108,7 +108,7 @@ def at_peak(h: Hypothesis, score: float, neighbours: Sequence[tuple[Hypothesis, 
 def refine(search: Search, best: ScoredSet, model: StripTheory, rounds: int = ROUNDS) -> GrownSearch:
     """Return the best set with finer values of its members: half-way between the values around the best, then where all have their peak.
 
-    What has values of each recording's own is then taken about these; at last all values move together to where they fit best.
+    What has values per recording is then taken about these; at last all values move together to where they fit best.
     """
     on_lines = lines_at_peak(search, best, model)
     search, best = on_lines.search, on_lines.best
@@ -172,7 +172,7 @@ def _same_shape(first: Hypothesis, other: Hypothesis) -> bool:
 
 
 def _relinearise_per_recording(search: Search, best: ScoredSet, model: StripTheory) -> GrownSearch:
-    """Return the best set with the columns of members that have values of each recording's own about these, by Newton's method."""
+    """Return the best set with the columns of members that have values per recording about these, by Newton's method."""
     found = now = GrownSearch(search, best)
     for _ in range(PER_RECORDING_ROUNDS):
         following = _about_values(now.search, now.best, model, per_recording=True)
@@ -193,7 +193,7 @@ def _exchange(search: Search, best: ScoredSet, finer: Mapping[int, Sequence[Hypo
     following = extend_library(search, best, [h for hs in finer.values() for h in hs], model)
     now, peaks = following.score(best.chosen), dict[int, list[Hypothesis]]()
     for k, hs in finer.items():
-        h, rest = view.library.hypotheses[k], [x for x in now.chosen if x != k]
+        h, rest = view.library.hypotheses[k], now.without(k)
         sets = {start + i: following.score((*rest, start + i)) for i in range(len(hs))}
         start += len(hs)
         scored = [(o, scored.score) for o, scored in zip(hs, sets.values(), strict=True)]

@@ -21,7 +21,7 @@ from nnhydro.diagnosis.search.weighted_library import WeightedLibrary
 
 Array = NDArray[np.float64]
 IMPOSSIBLE = -1e6  # nats of values that make no physical sense together
-LARGE_START, SMALL_START = 0.1, 0.004  # of the torque: sizes of the unknown from which its evidence is climbed, too
+LARGE_START, SMALL_START = 0.1, 0.004  # sizes of the unknown, in rms torques, from which its evidence is also maximised
 
 
 @final
@@ -44,10 +44,9 @@ class ScoredSet:
             start += width
         return found
 
-
-def without_member(chosen: tuple[int, ...], k: int) -> tuple[int, ...]:
-    """Return the set `chosen` less its member `k`."""
-    return tuple(x for x in chosen if x != k)
+    def without(self, *members: int) -> tuple[int, ...]:
+        """Return the numbers of the hypotheses less those of `members`."""
+        return tuple(k for k in self.chosen if k not in members)
 
 
 def score_set(view: WeightedLibrary, start: Sizes, chosen: tuple[int, ...]) -> ScoredSet:

@@ -20,7 +20,7 @@ from nnhydro.diagnosis.model.evidence import WhiteRows, posterior
 from nnhydro.diagnosis.model.sizes import Sizes, none
 from nnhydro.diagnosis.problem.hypothesis import Key
 from nnhydro.diagnosis.search.library import log_mass
-from nnhydro.diagnosis.search.scored_set import IMPOSSIBLE, ScoredSet, imitated_nats, makes_sense, score_set, without_member
+from nnhydro.diagnosis.search.scored_set import IMPOSSIBLE, ScoredSet, imitated_nats, makes_sense, score_set
 from nnhydro.diagnosis.search.weighted_library import WeightedLibrary
 
 if TYPE_CHECKING:
@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from nnhydro.diagnosis.search.tangents import Tangents
 
 Array = NDArray[np.float64]
-SCREENED = (1.0, 1 / 3, 0.0)  # scales of the unknown at which every law is scored
-FITTED_EXACTLY = 5  # keys a scale that are fitted exactly
+SCREENED = (1.0, 1 / 3, 0.0)  # scales of the unknown at which every law is screened
+FITTED_EXACTLY = 5  # effects per scale whose best law is fitted exactly
 
 
 @final
@@ -138,9 +138,9 @@ class Search:
             (m - (n(now) - n(then))) / (m + gain),    m = min(n(now), (u'u - |u less what the unknown makes of it|^2) / 2)
 
         n(S): nats that the unknown gains beside S at the joints loaded; u: the torque of the laws. The gain is what the unknown cannot make
-        of it: of what clips, or has a phase of its own in every recording, that is most. In a part of the campaign, which was chosen for
-        its gain, it counts nothing. A standard term of a joint is asked for no more than its own, however large the unknown: that it is
-        there, and small, was probable before.
+        of it: for clipping, or a phase per recording, that is most of it. In a part of the campaign, which was chosen for
+        its gain, it counts nothing. A standard term of a joint need not explain more than its own torque, however large the unknown is:
+        that it is there, and small, was probable before.
         """
         more = sorted(set(then.chosen) - set(now.chosen))
         before, after = self.nats_of_unknown(now, more), self.nats_of_unknown(then, more)
@@ -216,7 +216,7 @@ class Search:
 
     def _stands(self, now: ScoredSet) -> bool:
         """Return whether every member of `now` is admitted beside the others."""
-        return all(self.admits(self.score(without_member(now.chosen, k)), now) for k in now.chosen)
+        return all(self.admits(self.score(now.without(k)), now) for k in now.chosen)
 
     def _move(self, now: ScoredSet) -> ScoredSet:
         """Return the set after one add, else one drop, else one swap; the set itself where none is better."""
@@ -225,11 +225,11 @@ class Search:
             if more is not now:
                 return more
         for k in now.chosen:
-            rest = self.score(without_member(now.chosen, k))
+            rest = self.score(now.without(k))
             if rest.score > now.score or not self.admits(rest, now):
                 return rest
         for k in now.chosen:
-            rest = self.score(without_member(now.chosen, k))
+            rest = self.score(now.without(k))
             better = self._better(now, [(*rest.chosen, other) for other in self.screen(rest.chosen)], rest)
             if better is not now:
                 return better

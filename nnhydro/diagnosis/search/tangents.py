@@ -21,9 +21,9 @@ from nnhydro.diagnosis.search.scored_set import ScoredSet
 from nnhydro.diagnosis.search.stepwise import Search
 
 Array = NDArray[np.float64]
-ROUNDS, FACTOR = 3, 3.0  # of steps h that differ from the standard deviation by more than the factor
-FINEST = 1e-3  # of the distance to the neighbour tried: a law that jumps has no slope, and over ever smaller steps an ever larger one
-SETTLED = 0.3  # standard deviations: a smaller step moves no interval to speak of
+ROUNDS, FACTOR = 3, 3.0  # iterations of the difference step, and the ratio to the standard deviation that is near enough
+FINEST = 1e-3  # smallest difference step, in distances to the next value tried: a law that jumps has no slope
+SETTLED = 0.3  # standard deviations; a smaller step does not change an interval
 
 
 @final

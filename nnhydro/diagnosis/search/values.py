@@ -39,7 +39,7 @@ from nnhydro.fitting.linear.least_squares import ridge
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-FEWEST_UNITS = 6  # recordings from which their scatter is counted; of fewer that of blocks
+FEWEST_UNITS = 6  # fewest recordings whose scatter is measured; of fewer, that of blocks is
 
 
 @final
@@ -83,7 +83,7 @@ def _form(fit: BestFit, share: float, covariance: Array, at: Index) -> Array:
 
 
 def _smooth_share(found: ScoredSet, fit: BestFit) -> float:
-    """Return the share of the torque that the unknown makes of what `fit` leaves, 0 where it gains nothing to speak of beside `found`."""
+    """Return the share of the torque that the unknown makes of what `fit` leaves, 0 where it gains little beside `found`."""
     if found.unknown_nats <= FEW_NATS:
         return 0.0
     whitened, p, share = fit.whitened, fit.whitened.p, 0.0
@@ -93,7 +93,7 @@ def _smooth_share(found: ScoredSet, fit: BestFit) -> float:
         Phi = whitened.Phi * t[at]
         scaled = Phi * whitened.sw[:, j:j + 1]
         smooth = Phi @ ridge(scaled, fit.residual[:, j])
-        share = max(share, float(np.sqrt((smooth**2).sum() / whitened.design.time) / whitened.design.scale[j]))
+        share = max(share, float(np.sqrt((smooth**2).sum() / whitened.design.duration) / whitened.design.scale[j]))
     return share
 
 
@@ -169,7 +169,7 @@ def intervals_of_scale(effect: AnyEffect, spans: Mapping[str, Interval], spread:
 def says_nothing(search: Search, found: ScoredSet, k: int) -> bool:
     """Return whether member `k` has nonlinear values and the interval of each of its sizes holds 0.
 
-    A size is a quantity that is 0 where the linear values are: that a wall lies in some direction says nothing of whether there is one.
+    A size is a quantity that is 0 where the linear values are: that a wall lies in some direction does not say whether there is one.
     """
     tangents, h = tangents_of(search, found), search.view.library.hypotheses[k]
     if tangents is None or not len(tangents.at(k)):
@@ -186,7 +186,7 @@ def _pool(beta: Array, covariance: Array) -> tuple[Array, Array]:
 
         r = sqrt(sum_g w_g beta_g^2),   dr / dbeta_g = w_g beta_g / r,   w_g ~ 1 / (var_g + t^2),  t^2 the variance between recordings
 
-    A recording that hardly tells its value counts little. Source: DerSimonian & Laird (1986), Control. Clin. Trials 7.
+    A recording that hardly determines its value counts little. Source: DerSimonian & Laird (1986), Control. Clin. Trials 7.
     """
     count, width = beta.shape
     within = np.diag(covariance)[: beta.size].reshape(count, width).mean(axis=1)
@@ -203,8 +203,12 @@ def _pool(beta: Array, covariance: Array) -> tuple[Array, Array]:
     return rms, J @ spread @ J.T
 
 
+def excess_scatter(sizes: Array, weights: Array) -> float:
+    """Return Cochran's Q of `sizes` (n,) less n - 1, its mean if they scatter as the inverse `weights` (n,) say."""
+    return float(weights @ (sizes - np.average(sizes, weights=weights)) ** 2) - (len(sizes) - 1)
+
+
 def _variance_between(sizes: Array, variances: Array) -> float:
     """Return by how much `sizes` (recordings,) vary beyond their own `variances`: the estimate by moments of DerSimonian and Laird."""
     w = 1.0 / np.maximum(variances, 1e-300)
-    excess = float(w @ (sizes - np.average(sizes, weights=w)) ** 2) - (len(sizes) - 1)
-    return max(excess / max(float(w.sum() - (w**2).sum() / w.sum()), 1e-300), 0.0) if len(sizes) > 1 else 0.0
+    return max(excess_scatter(sizes, w) / max(float(w.sum() - (w**2).sum() / w.sum()), 1e-300), 0.0) if len(sizes) > 1 else 0.0

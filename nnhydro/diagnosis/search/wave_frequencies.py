@@ -11,16 +11,16 @@ from nnhydro.diagnosis.problem.design import Design
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis
 from nnhydro.diagnosis.search.best_fit import best_fit
 from nnhydro.diagnosis.search.linearisation import extend_library
-from nnhydro.diagnosis.search.scored_set import ScoredSet, without_member
+from nnhydro.diagnosis.search.scored_set import ScoredSet
 from nnhydro.diagnosis.search.stepwise import GrownSearch, Search
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.recordings.filtering.periodogram import hann_power
 
 Array = NDArray[np.float64]
-FIXED = 0.999  # length of the mean unit vector along a link whose angle scatters by less than 0.05 rad
-LINES, LINES_GRID, PADDING = 4, 2000, 8  # lines that are tried; points of their grid; times as long as a block its padded transform
-LOWEST = 0.05  # Hz
-ROUNDS, STEPS = 6, (-2.0, -1.0, 0.0, 1.0, 2.0)  # of finer lines: steps at first in the reciprocal of the recordings' length, then in halves
+FIXED = 0.999  # length of the mean unit vector along a link of fixed heading: its angle scatters by less than 0.05 rad
+LINES, LINES_GRID, PADDING = 4, 2000, 8  # lines that are tried; frequencies of their grid; length of the zero-padded transform in blocks
+LOWEST = 0.05  # Hz: lowest frequency of a line
+ROUNDS, STEPS = 6, (-2.0, -1.0, 0.0, 1.0, 2.0)  # iterations of a line; its first steps in periods per recording
 
 
 def _periodogram(design: Design, i: int, x: Array | None = None) -> tuple[Array, Array]:
@@ -61,7 +61,7 @@ def _strongest(f: Array, power: Array, edge: float) -> tuple[float, float]:
 def lines_per_recording(design: Design) -> dict[int, float]:
     """Return the frequency, Hz, of the strongest line of every recording by its number, of a wave that is another in each.
 
-    None where the lines cannot be told apart, or where that of most recordings is the strongest line of their own motion: what follows the
+    None where the lines cannot be separated, or where that of most recordings is the strongest line of their own motion: what follows the
     motion is no wave.
     """
     problem, found, width = design.problem, dict[int, tuple[float, float, bool]](), 0.0
@@ -167,7 +167,7 @@ def lines_at_peak(search: Search, best: ScoredSet, model: StripTheory) -> GrownS
         h = search.view.library.hypotheses[k]
         if not h.lines or h.values_by_recording:
             continue
-        others = without_member(best.chosen, k)
+        others = best.without(k)
         for number in range(ROUNDS):
             tried = [replace(h, lines={g: max(f + way / (duration[g] * 2**number), LOWEST) for g, f in h.lines.items()}) for way in STEPS]
             energy = explained_energy(search, search.score(others), tried, model)

@@ -19,7 +19,7 @@ from nnhydro.diagnosis.model.evidence import Columns, Posterior, WhiteRows, adde
 from nnhydro.diagnosis.search.library import COLUMNS_AT_A_TIME, Library, log_mass
 
 Array = NDArray[np.float64]
-PER_RECORDING_SCREENED = 40  # laws with values of each recording's own that are scored again after the first time
+PER_RECORDING_SCREENED = 40  # laws with values for each recording that are screened again after the first time
 
 
 class Alike(NamedTuple):
@@ -35,7 +35,7 @@ class Alike(NamedTuple):
 
 
 class PerRecordingProducts(NamedTuple):
-    """Products of the columns (K) whose values are each recording's own, a recording at a time."""
+    """Products of the columns (K) with values per recording, one recording at a time."""
 
     cross: Array  # (P, groups, K)
     Xy: Array  # (groups, K)
@@ -87,7 +87,7 @@ class WeightedLibrary:
         return np.concatenate(made, axis=1) if made else np.zeros((rows.shape[2], 0))
 
     def columns(self, k: int) -> Columns:
-        """Return the columns of hypothesis `k`, one set a recording where its values are each recording's own."""
+        """Return the columns of hypothesis `k`, one set per recording if it has values per recording."""
         if k not in self._columns:
             X = self.library.columns(k)
             if self.library.hypotheses[k].per_recording:
@@ -177,7 +177,7 @@ class WeightedLibrary:
 
     @cached_property
     def _per_recording_products(self) -> PerRecordingProducts:
-        """Products of the columns with values of each recording's own."""
+        """Products of the columns with values per recording."""
         hypotheses, groups = self.library.hypotheses, len(self._rows_of)
         ends = np.cumsum([0, *(hypotheses[k].width for k in self.per_recording)]).tolist()
         places = {int(k): slice(a, b) for k, (a, b) in zip(self.per_recording, pairwise(ends), strict=True)}
@@ -195,7 +195,7 @@ class WeightedLibrary:
         return PerRecordingProducts(cross, Xy, blocks, places)
 
     def _products_per_recording(self, k: int) -> Array:
-        """Return the products (k, groups, K) of the columns of hypothesis `k` with those of each recording's own."""
+        """Return the products (k, groups, K) of the columns of hypothesis `k` with those with values per recording."""
         if k not in self._per_recording_between:
             weighted = self.whitened.weigh(self.columns(k).Xw)
             parts = [weighted[rows].reshape(-1, weighted.shape[2]).T for rows in self._rows_of]
@@ -214,7 +214,7 @@ class WeightedLibrary:
             self._enter_per_recording_gains(numbers[start:start + together], chosen, fit, gained)
 
     def _enter_per_recording_gains(self, numbers: Sequence[int], chosen: Sequence[int], fit: Posterior, gained: Array) -> None:
-        """Enter what each of the laws `numbers` with values of each recording's own adds to `fit` of `chosen`."""
+        """Enter what each of the laws `numbers` with values per recording adds to `fit` of `chosen`."""
         cross, Xy, blocks, places = self._per_recording_products
         wanted = np.concatenate([np.arange(places[k].start, places[k].stop) for k in numbers])
         stacked = np.concatenate([part[..., wanted] for part in (cross, *map(self._products_per_recording, chosen))])

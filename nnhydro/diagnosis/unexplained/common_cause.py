@@ -57,7 +57,7 @@ def common_cause(search: Search, found: ScoredSet) -> CommonCause | None:
     r, left = fit.residual[moving], (fit.residual / fit.whitened.sw)[moving]
     energy = (left**2).sum(axis=0)
     by_angles = design.input_variance[moving].sum(axis=0) / np.maximum(energy, 1e-300)
-    size = np.sqrt(energy / design.time) / np.maximum(design.scale, 1e-300)
+    size = np.sqrt(energy / design.duration) / np.maximum(design.scale, 1e-300)
     _, group = np.unique(design.problem.group_of[moving], return_inverse=True)
     causes = []
     for i, j in combinations(range(r.shape[1]), 2):

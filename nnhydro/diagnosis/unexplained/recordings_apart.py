@@ -9,16 +9,16 @@ from collections.abc import Iterable, Sequence, Set
 import numpy as np
 
 from nnhydro.diagnosis.constants import FORM
-from nnhydro.diagnosis.decision.heldout_errors import Proof, Residual
+from nnhydro.diagnosis.decision.heldout_errors import HeldoutErrors, Residual
 from nnhydro.diagnosis.unexplained.residual_location import few_names
 from nnhydro.diagnosis.unexplained.unexplained import Remainder
 
-MOST_ENERGY = 1 / 2  # share of what remains that the few hold at least: most of it
-MOST_RECORDINGS = 1 / 4  # share of the recordings that are few: three in four then agree
-FEWEST_OTHERS = 3  # recordings that are then left: of fewer no effect is named
+MOST_ENERGY = 1 / 2  # least share of the remaining energy in the few recordings set apart: most of it
+MOST_RECORDINGS = 1 / 4  # largest share of recordings set apart: three in four then agree
+FEWEST_OTHERS = 3  # fewest other recordings: with fewer no effect is named
 
 
-def recordings_apart(rest: Remainder, proof: Proof, names: Sequence[str]) -> frozenset[str]:
+def recordings_apart(rest: Remainder, heldout: HeldoutErrors, names: Sequence[str]) -> frozenset[str]:
     """Return the few of the recordings `names` that hold most of what remains at a joint; none where nothing remains.
 
     Nor any where parameters differ between recordings: a cause that varies, as oil that warms, would be hidden without them.
@@ -27,7 +27,7 @@ def recordings_apart(rest: Remainder, proof: Proof, names: Sequence[str]) -> fro
         return frozenset()
     apart, joint = frozenset(rest.place.recordings) & frozenset(names), rest.place.joint - 1
     energy = dict.fromkeys(names, 0.0)
-    for part in proof.remains:
+    for part in heldout.remains:
         energy[part.recording] = energy.get(part.recording, 0.0) + float((part.r[:, joint] ** 2).sum())
     few = len(apart) <= MOST_RECORDINGS * len(names) and len(names) - len(apart) >= FEWEST_OTHERS
     return apart if few and sum(energy[name] for name in apart) > MOST_ENERGY * sum(energy.values()) else frozenset()
@@ -38,9 +38,9 @@ def _mean_remainder(parts: Iterable[Residual], without: Set[str]) -> float:
     return float(np.mean(np.concatenate([np.abs(part.r).ravel() for part in parts if part.recording not in without])))
 
 
-def leaves_less(proof: Proof, others: Proof, apart: Set[str]) -> bool:
+def leaves_less(heldout: HeldoutErrors, others: HeldoutErrors, apart: Set[str]) -> bool:
     """Return whether a diagnosis of all `others` leaves less of them than one with the recordings `apart`, by FORM at least."""
-    return _mean_remainder(others.remains, apart) < (1 - FORM) * _mean_remainder(proof.remains, apart)
+    return _mean_remainder(others.remains, apart) < (1 - FORM) * _mean_remainder(heldout.remains, apart)
 
 
 def apart_sentence(apart: Set[str]) -> str:

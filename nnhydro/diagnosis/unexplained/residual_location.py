@@ -16,10 +16,10 @@ from nnhydro.diagnosis.decision.heldout_errors import Residual
 from nnhydro.recordings.filtering.periodogram import hann_power
 
 Array = NDArray[np.float64]
-BINS = 10
+BINS = 10  # bins of a state variable
 LEAST_EXPLAINED = 0.05  # share of the residual's variance that bins must explain before a region is named
 MUCH_EXPLAINED = 0.25  # share from which a sentence says that the residual depends on a state
-SHOWN = 4  # names of recordings in a sentence
+SHOWN = 4  # most names of recordings in a sentence
 
 
 def few_names(recordings: Sequence[str]) -> str:
@@ -30,7 +30,7 @@ def few_names(recordings: Sequence[str]) -> str:
 @final
 @dataclass(frozen=True)
 class Location:
-    """Where one joint's residual lies, as diagnosis.json tells it."""
+    """Where one joint's residual lies, as diagnosis.json holds it."""
 
     joint: int
     share: float

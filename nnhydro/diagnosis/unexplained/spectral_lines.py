@@ -5,8 +5,8 @@
 I_rk is the periodogram of recording r at the frequency k of K; over a smooth background its ordinates are exponential, so that sums over R
 recordings are gamma distributed. The background is the median of the ordinates around, the line's own left out, beside the trend of all
 recordings: the noise of angles rises to the band's edge. A state of the arm makes such a line only at the frequencies at which all
-recordings move, a free pendulum's own and its harmonics: where the acceleration has a line, none is told. Nor is a wider peak, such as that
-of an irregular sea: a line also stands out from B_k, the mean of four ordinates so close beside it that it is just over there.
+recordings move, a free pendulum's own and its harmonics: where the acceleration has a line, none is reported. Nor is a wider peak, such as
+that of an irregular sea: a line also stands out from B_k, the mean of four ordinates so close to it that it is just over there.
 Source: Fisher (1929), Proc. R. Soc. A 125, pooled over recordings; ours.
 """
 
@@ -22,15 +22,15 @@ from nnhydro.diagnosis.decision.heldout_errors import Residual
 from nnhydro.recordings.filtering.periodogram import hann, hann_power
 
 Array = NDArray[np.float64]
-LOWEST = 1.0  # Hz: below it lie the motions and what slowly drifts
-AROUND, WIDTH = 12, 2  # ordinates on either side that make the background, and those next to the line that do not
+LOWEST = 1.0  # Hz: lowest line; below lie the motions and slow drifts
+AROUND, WIDTH = 12, 2  # ordinates on either side that make the background; ordinates next to the line that do not
 ADJACENT = (-WIDTH - 3, -WIDTH - 1, WIDTH + 1, WIDTH + 3)  # ordinates where a line is over, nearly independent under the window
-WELL_INSIDE = 0.95  # of the band's edge: next to it the cut leaks
-TREND = 3  # degree of the trend of the logarithms
-HEAVY = 1.4  # a background from so few ordinates makes the ratios' tails heavier than exponential: by so much, measured on noise
-TESTS = 4  # of the mismatch in all: two of the search, and one a joint for lines; two joints are the rule
-MOST = 0.5  # share of S that one recording may hold: a line is in all of them
-FEWEST_ROWS, FEWEST = 64, 4  # rows of a recording, recordings
+WELL_INSIDE = 0.95  # highest line in edges of the band, next to which the cut leaks
+TREND = 3  # degree of the trend in logarithms
+HEAVY = 1.4  # heavier tail of the ratios than exponential, since few ordinates make the background: measured on noise
+TESTS = 4  # tests of the mismatch in all: two of the search, and one for lines at each of two joints
+MOST = 0.5  # largest share of a line in one recording: a line is in all of them
+FEWEST_ROWS, FEWEST = 64, 4  # fewest rows of a recording, and fewest recordings
 
 
 @final
@@ -46,7 +46,7 @@ class Line:
 
     @property
     def material(self) -> bool:
-        """Whether it is there beyond chance and worth telling."""
+        """Whether it is significant and large enough to be reported."""
         return TESTS * self.p_value <= P_ALARM and self.share >= FORM
 
     def sentence(self) -> str:
@@ -111,7 +111,7 @@ def _moves(parts: Sequence[Residual], grid: Array, highest: float) -> NDArray[np
 
 
 def _with_background(parts: Sequence[Residual], highest: float) -> list[Residual]:
-    """Return the recordings that are long enough to have a background below `highest` Hz: in a few ordinates no line is told."""
+    """Return the recordings that are long enough to have a background below `highest` Hz: in a few ordinates no line is reported."""
     return [part for part in parts if len(part.r) * part.dt * highest > AROUND]
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import DETECTED, FORM, MATERIAL, P_ALARM, UNLIKE_NOISE
 from nnhydro.diagnosis.decision.decide import Decision
-from nnhydro.diagnosis.decision.heldout_errors import Proof, Residual, fitted_error
+from nnhydro.diagnosis.decision.heldout_errors import HeldoutErrors, Residual, fitted_error
 from nnhydro.diagnosis.decision.parameters_per_recording import recordings_with_changed_parameters
 from nnhydro.diagnosis.model.evidence import WhiteRows
 from nnhydro.diagnosis.noise.spectrum import Noise
@@ -22,9 +22,9 @@ from nnhydro.diagnosis.unexplained.spectral_lines import TESTS, Line, strongest
 from nnhydro.recordings.filtering.trajectory import step_level, white_level
 
 Array = NDArray[np.float64]
-LEAST_SHARE = 0.25  # of the unknown's energy at a joint: what a variable must hold to be told
-NEAREST = 4  # candidates that are told
-QUIET, FEWEST_ALIKE = 20, 4  # percentile of what remains in all recordings, beside which one is loud, and how many these are
+LEAST_SHARE = 0.25  # least share of the unknown's energy at a joint for a variable to be reported
+NEAREST = 4  # most rejected candidates that are reported
+QUIET, FEWEST_ALIKE = 20, 4  # percentile of the remaining energy beside which a recording is loud, and fewest recordings with it
 
 
 @final
@@ -38,14 +38,14 @@ class Dependence:
 
     @property
     def real(self) -> bool:
-        """Whether it is worth telling."""
+        """Whether it is large enough to be reported."""
         return self.share >= MATERIAL and bool(self.depends_on)
 
 
 @final
 @dataclass(frozen=True)
 class Remainder:
-    """What is left beside the findings."""
+    """What the findings do not explain."""
 
     detected: bool
     share: float  # error that remains
@@ -85,8 +85,8 @@ def unknown_parts(search: Search, found: ScoredSet) -> tuple[Dependence, ...]:
         eta, names = found.fit.mean[at], whitened.unknown.names
         energy = np.zeros(len(names))
         for g in range(len(names)):
-            energy[g] = _energy(whitened.unknown.Phi @ np.where(whitened.unknown.group == g, eta, 0.0), design.Y[:, j], design.time)
-        total = _energy(whitened.unknown.Phi @ eta, design.Y[:, j], design.time)
+            energy[g] = _energy(whitened.unknown.Phi @ np.where(whitened.unknown.group == g, eta, 0.0), design.Y[:, j], design.duration)
+        total = _energy(whitened.unknown.Phi @ eta, design.Y[:, j], design.duration)
         order = [g for g in np.argsort(-energy).tolist() if energy[g] > LEAST_SHARE * energy.sum()] if energy.sum() > 0 else []
         made.append(Dependence(j + 1, float(np.sqrt(total)) / float(_scale(design)[j]), tuple(names[g] for g in order[:3])))
     return tuple(made)
@@ -150,26 +150,26 @@ def unlisted_weight(unknown_nats: float, material: bool, alarms: Sequence[float]
     return max([of_unknown, *(float(1.0 / (1.0 - np.e * p * np.log(p))) for p in np.clip(alarms, 1e-12, np.exp(-1.0)))])
 
 
-def unexplained_of(search: Search, found: ScoredSet, proof: Proof, decisions: Sequence[Decision], floor: float,
+def unexplained_of(search: Search, found: ScoredSet, heldout: HeldoutErrors, decisions: Sequence[Decision], floor: float,
                    noise: Noise) -> Remainder:
     """Return what the claimed set `found` leaves; `floor` is the error of `noise` alone."""
     parts = unknown_parts(search, found)
     design = search.view.library.design
-    flat = _whiten(proof.remains, search.view.whitened)
-    found_lines = [strongest(proof.remains, joint, design.problem.edge, flat) for joint in range(search.view.whitened.joints)]
+    flat = _whiten(heldout.remains, search.view.whitened)
+    found_lines = [strongest(heldout.remains, joint, design.problem.edge, flat) for joint in range(search.view.whitened.joints)]
     lines = tuple(line for line, scale in zip(found_lines, _scale(design).tolist(), strict=True)
                   if line is not None and line.material and line.amplitude >= np.sqrt(2) * MATERIAL * scale)
     material = any(part.share >= MATERIAL for part in parts)
     real = found.unknown_nats >= DETECTED and material
     differing = recordings_with_changed_parameters(search, found)
     recordings = differing or unlike_recordings(noise, design)
-    least = min(proof.after, fitted_error(search, found, proof))
+    least = min(heldout.after, fitted_error(search, found, heldout))
     unlike = bool(recordings) or (least > UNLIKE_NOISE * floor and least - floor > MATERIAL)
     common = common_cause(search, found)
     alarms = [*([P_ALARM] if unlike or common else []), *(TESTS * line.p_value for line in lines)]
     p = max(min([p_of(search, found) if real else 1.0, *alarms]), 1e-12)
     weight = unlisted_weight(found.unknown_nats, material, alarms)
     near = tuple(sorted((decision for decision in decisions if not decision.claimed), key=lambda d: -d.statistic))[:NEAREST]
-    return Remainder(real or bool(alarms), proof.after, weight, p, parts if real else (), lines,
+    return Remainder(real or bool(alarms), heldout.after, weight, p, parts if real else (), lines,
                      near if real else (), recordings, bool(differing),
-                     next(iter(locate(proof.remains, np.sqrt(noise.noise_variance.sum(axis=0) / design.time))), None), common)
+                     next(iter(locate(heldout.remains, np.sqrt(noise.noise_variance.sum(axis=0) / design.duration))), None), common)

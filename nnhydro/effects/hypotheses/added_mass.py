@@ -15,12 +15,12 @@ from nnhydro.physics.loads.added_mass import AddedMass
 @final
 @dataclass(frozen=True)
 class AddedMassEffect(LoadEffect):
-    """Added mass across each link, one coefficient a link."""
+    """Added mass across each link, one coefficient per link."""
 
     id = "added_mass"
     family = "inertia"
     name = "added mass"
-    mechanism = "To speed up, a link must speed up the water around it too: it feels heavier across than along."
+    mechanism = "A link that accelerates must accelerate the water around it, too, and so feels heavier across its axis than along it."
     equation = "tau_j = sum_i C_M,i rho pi D_i^2/4 int (M_i x + N_i) b_ji dx"
     source = "Rivera (1995), eqs. 3-1-31 to 3-1-39; McLain & Rock (1998), eq. (1)"
     signature = Signature(
@@ -38,4 +38,4 @@ class AddedMassEffect(LoadEffect):
 
     def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"The links carry water with them: added mass {', '.join(f'{name} = {value}' for name, value in text.items())}."
+        return f"The links accelerate the water around them: added mass {', '.join(f'{name} = {value}' for name, value in text.items())}."

@@ -22,7 +22,7 @@ class AmbientCurrent(InstrumentEffect):
     id = "ambient_current"
     family = "water"
     name = "steady current"
-    mechanism = "The whole tank turns over slowly, or the arm works in a stream: the speed through the water is not the speed of the arm."
+    mechanism = "The water in the tank circulates, or the arm works in a stream: the speed through the water is not the speed of the arm."
     equation = "reading = tau(motion relative to water that moves with c)"
     source = "relative velocity in Morison's drag: Rivera (1995), eq. 2-3"
     signature = Signature(

@@ -21,7 +21,7 @@ class AxialDragEffect(LoadEffect):
     family = "drag_law"
     cause = "axial_drag"
     name = "drag along the links"
-    mechanism = "Water that slides along a link rubs on its skin and pushes on its blunt end; the inboard joints must hold against it."
+    mechanism = "Water that slides along a link rubs on its skin and pushes on its blunt end. The inboard joints must resist both."
     equation = "f_x,i = 1/2 rho D_i L_i C_Dx |u_x,i| u_x,i, along link i"
     source = "Rivera (1995), eqs. 3-1-27 to 3-1-29"
     signature = Signature(

@@ -47,7 +47,7 @@ class Backlash(InstrumentEffect):
     id = "backlash"
     family = "transmission"
     name = "backlash"
-    mechanism = "Worn or loose gear teeth have play: when the torque changes sign the link crosses the gap and knocks on the other side."
+    mechanism = "Worn or loose gear teeth have play: when the torque changes sign, the link crosses the gap and hits the other flank."
     equation = ("q_link = q_j - gap/2 s,  ds/dt = 2 tau_j / I, less (s - sgn s) / T beyond |s| = 1;  T = 0: |s| <= 1;  "
                 "tau_j smoothed over 0.03 s, as measured where it was, else the model's")
     source = ("play without torque between elastic, damped flanks: Modelica Standard Library, Rotational.Components.ElastoBacklash, "
@@ -68,7 +68,7 @@ class Backlash(InstrumentEffect):
     impulse: Values = parameter("N m s", 0.02, (1e-12, 1e12), "torque times time I that carries the link across the gap", per="arm",
                                 linear=False,
                                 grid=(0.00125, 0.0025, 0.005, 0.01, 0.014, 0.02, 0.028, 0.04, 0.057, 0.08, 0.113, 0.16, 0.226, 0.32))
-    settling: Values = parameter("s", 0.0, (0.0, 10.0), "time T in which the flanks give way; 0: they are rigid", per="arm", linear=False,
+    settling: Values = parameter("s", 0.0, (0.0, 10.0), "time T in which the flanks yield; 0: they are rigid", per="arm", linear=False,
                                  grid=(0.0, 0.05, 0.3), absent=True)
 
     def _side(self, seen: SensorView, tau: Tensor) -> Tensor:

@@ -21,7 +21,7 @@ class BuoyancyTilt(LoadEffect):
     id = "buoyancy_tilt"
     family = "restoring"
     name = "weight and buoyancy in a tilted plane"
-    mechanism = "Where the plane is not level, each link wants to swing to its lowest point, or to its highest if it floats."
+    mechanism = "If the plane is not level, each link tends to swing to its lowest point, or to its highest if it floats."
     equation = "tau_j = -sum_i P_ji x F_i,  F_i = (m_i - rho V_i) g (sin of the tilt along X, along Y)"
     source = "Rivera (1995), section 3.3: weight drops out only where the plane is horizontal"
     signature = Signature(

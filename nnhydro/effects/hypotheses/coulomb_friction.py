@@ -22,7 +22,7 @@ class CoulombFriction(DryContact, LoadEffect):
     id = "coulomb_friction"
     family = "dry_friction"
     name = "Coulomb friction"
-    mechanism = "Dry contact in a seal, bearing or gear: the joint drags with the same torque at any speed, against the way it turns."
+    mechanism = "Dry contact in a seal, bearing or gear resists the motion of the joint with the same torque at any speed."
     equation = ("tau_j = T_C z,  dz/dt = (sign(qd_j) - z) |qd_j| / z_0,  v_0 <= 0.005 rad/s;  z_0 = 0: z = tanh(qd_j / v_0)")
     source = ("Rivera (1995), section 3.2, eq. 3-2-4: friction opposes rotation; a contact that bends: dz/dt of the LuGre model at a "
               "level that the speed does not change (known as Dahl's: not checked), in J. Christopherson's collection, "

@@ -42,7 +42,7 @@ class DragForm(LoadEffect):
     ends: Values = parameter("1", 0.0, (-6.0, 6.0), "C_D at both ends less its mean along the link")
 
     def narrower(self) -> tuple["DragForm", ...]:
-        """Return the laws of the span, of the taper and of the speed alone: what is free without need misleads where speeds are other."""
+        """Return the laws of the span, of the taper and of the speed alone: needless free parameters mislead at other speeds."""
         span = replace(self, linear=(), cubic=())
         return span, replace(span, ends=()), replace(self, taper=(), ends=())
 

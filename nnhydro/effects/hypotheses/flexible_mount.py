@@ -1,4 +1,4 @@
-"""Hypothesis: the mount gives way, so that the hub sways under the forces of the arm."""
+"""Hypothesis: the mount is compliant, so that the hub sways under the forces of the arm."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -32,7 +32,7 @@ class FlexibleMount(InstrumentEffect):
     id = "flexible_mount"
     family = "transmission"
     name = "mount that sways"
-    mechanism = "Strut, carriage or frame bend under the forces of the arm: the hub moves, and no sensor tells."
+    mechanism = "Strut, carriage or frame bend under the forces of the arm: the hub moves, and no sensor measures it."
     equation = ("reading = tau(hub moves with y d),  y'' + 4 pi f zeta y' + (2 pi f)^2 y = -F.d / M - s a.d;  F: force that the hub "
                 "supplies, a: acceleration of the carriage")
     source = ("one mode under a force: Irvine (2013), The Time-Domain Response of a Single-Degree-of-Freedom System, eq. 7, "

@@ -21,7 +21,7 @@ class HistoryForceEffect(LoadEffect):
     family = "wake"
     cause = "viscous_history"
     name = "viscous memory (Basset force)"
-    mechanism = "Friction drags a thickening layer of water along: past accelerations are felt long after, fading slowly."
+    mechanism = "Friction drags a thickening layer of water along: past accelerations still act much later, and fade slowly."
     equation = "f = C_H 2 rho D sqrt(pi nu) int dw/dt' exp(-lambda (t - t')) / sqrt(t - t') dt'"
     source = ("Stokes' first problem, its wall friction summed over past steps: http://cryer.org.uk/Basset_force; a kernel that fades: "
               "Mei & Adrian (1992), as in Jaganathan et al. (2023), Front. Phys., "

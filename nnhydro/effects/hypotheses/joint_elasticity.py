@@ -26,7 +26,7 @@ class JointElasticity(InstrumentEffect):
     id = "joint_elasticity"
     family = "transmission"
     name = "compliant drive"
-    mechanism = "Belt, gear or shaft give way under load: the angle of the link differs from that of the encoder."
+    mechanism = "Belt, gear or shaft yields under load: the angle of the link differs from that of the encoder."
     equation = ("q_link = q_j + delta,  J delta'' + (D + c) delta' + (S + k + k (delta/delta_2)^2) delta = -tau_j;  "
                 "J, D, S = dtau_j/dqdd, dqd, dq;  c = 2 zeta sqrt(k J);  h = 1/(k^3 delta_2^2): slowly, delta = -tau_j/k + h tau_j^3")
     source = ("Spong (1987), J. Dyn. Sys. Meas. Control 109, eq. 2.9, with damping in the spring: from general knowledge, not checked; "
@@ -44,7 +44,7 @@ class JointElasticity(InstrumentEffect):
 
     compliance: Values = parameter("rad/(N m)", 1e-3, ANY_SIZE, "twist per torque, 1/k", per="arm")
     damping: Values = parameter("1", 0.05, (0.0, 2.0), "damping ratio zeta of link and spring", per="arm", linear=False, grid=(0.05, 0.3))
-    hardening: Values = parameter("rad/(N m)^3", 0.0, ANY_SIZE, "what the twist lacks per torque cubed, h", per="arm", absent=True)
+    hardening: Values = parameter("rad/(N m)^3", 0.0, ANY_SIZE, "reduction of the twist per torque cubed, h", per="arm", absent=True)
 
     def narrower(self) -> tuple["JointElasticity", ...]:
         """Return the spring of one stiffness."""
@@ -64,7 +64,7 @@ class JointElasticity(InstrumentEffect):
         return seen.torque_of(seen.flow_moved_by(turn, rate, change))
 
     def plausible(self) -> bool:
-        """Return whether there is a spring: what stiffens gives way."""
+        """Return whether there is a spring: only a compliant drive can stiffen."""
         return self.compliance[0] > 0 or not any(self.hardening)
 
     def rough_secant(self, seen: SensorView) -> Tensor:
@@ -94,13 +94,13 @@ class JointElasticity(InstrumentEffect):
         return float(by_joint_motion(seen, self.joint, 2).abs().median())
 
     def quantities(self) -> dict[str, Quantity]:
-        """Return compliance and stiffness; the damping that fits best grows with the encoder's noise, and tells nothing of the drive."""
+        """Return compliance and stiffness; the damping that fits best grows with the encoder's noise, and says nothing about the drive."""
         c = self.compliance[0]
         made = {"compliance": Quantity(c, "rad/(N m)"), "stiffness": Quantity(1 / max(c, STIFFEST), "N m/rad")}
         return made | ({"hardening": Quantity(self.hardening[0], "rad/(N m)^3")} if self.hardening else {})
 
     def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
-        stiffens = f" It stiffens: the twist lacks {text['hardening']} times the torque cubed." if "hardening" in text else ""
+        stiffens = f" It stiffens: {text['hardening']} times the torque cubed is missing from the twist." if "hardening" in text else ""
         return (f"The drive of joint {self.joint} is compliant, with a stiffness of {text['stiffness']}: a soft belt, gear or "
                 f"shaft.{stiffens}")

@@ -63,5 +63,5 @@ class LoadFriction(DryContact, InstrumentEffect):
     def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
         more = f", plus {text['level']} without load" if self.level else ""
-        bent = f" It sets in over {text['bending']} after a reversal (presliding)." if any(self.bending) else ""
+        bent = f" The friction reaches its level {text['bending']} after a reversal (presliding)." if any(self.bending) else ""
         return f"Joint {self.joint} has load-dependent friction: {text['coefficient']} times the torque that it carries{more}.{bent}"

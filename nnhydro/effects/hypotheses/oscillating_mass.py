@@ -45,7 +45,7 @@ class OscillatingMass(LoadEffect):
     # less damped, its resonance is as narrow as the line of a motion of eight periods, 1/(2 pi 8): not told from this line
     # and more damped, it is not larger at its frequency than at rest, 1/(2 zeta) < 1: it follows, and does not swing
     damping: Values = parameter("1", 0.05, (0.02, 0.5), "damping ratio zeta", per="arm", linear=False, grid=(0.03, 0.15))
-    place: Values = parameter("1", 1.0, (0.1, 1.2), "where it is, c: share of the link's length from its joint", per="arm", linear=False,
+    place: Values = parameter("1", 1.0, (0.1, 1.2), "its place c: share of the link's length from the joint", per="arm", linear=False,
                            grid=(0.5, 1.0))
 
     def columns(self, flow: Flow) -> Tensor:

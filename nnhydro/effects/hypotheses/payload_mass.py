@@ -1,4 +1,4 @@
-"""Hypothesis: there is a mass at the tip that nobody entered."""
+"""Hypothesis: there is a mass at the tip that arm.yaml does not state."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

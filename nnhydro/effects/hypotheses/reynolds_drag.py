@@ -42,7 +42,7 @@ class ReynoldsDrag(LoadEffect):
     slope: Values = parameter("1", 0.0, (-3.0, 3.0), "change of C_D per factor of ten in Re", per="arm")
     bend: Values = parameter("1", 0.0, (-3.0, 3.0), "curvature of C_D over log10 Re", per="arm")
     turn: Values = parameter("1", 0.0, (-10.0, 10.0), "change of the curvature", per="arm", absent=True)
-    drop: Values = parameter("1", 0.5, (0.0, 2.0), "how far C_D falls in a crisis", per="arm", absent=True)
+    drop: Values = parameter("1", 0.5, (0.0, 2.0), "fall of C_D in the drag crisis", per="arm", absent=True)
     critical: Values = parameter("1", 2e5, (1e4, 2e6), "Reynolds number in the middle of its fall", per="arm", linear=False,
                                  grid=(5e4, 1e5, 2e5, 4e5), absent=True)
     width: Values = parameter("1", 0.1, (0.02, 0.5), "decades of Re from the middle to where an eighth of the fall is left", per="arm",

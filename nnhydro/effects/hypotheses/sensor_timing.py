@@ -25,7 +25,7 @@ class SensorTiming(InstrumentEffect):
     id = "sensor_timing"
     family = "timing"
     name = "delay between torque and angle channels"
-    mechanism = "Filters, buses and clocks make one channel late: the torque of a moment ago is recorded beside the present angle."
+    mechanism = "Filters, buses and clocks make one channel late: the torque of a moment ago is recorded with the present angle."
     equation = ("reading = low-pass(tau(t - (1 - s) lag); T = s lag) = tau - lag dtau/dt + (lag^2 + T^2)/2 d2tau/dt2 - ...;  "
                 "lag < 0: the angles are late, by a delay")
     source = "Taylor's expansion of delay and first-order lag: ours"
@@ -37,7 +37,7 @@ class SensorTiming(InstrumentEffect):
     stage = 2
     additive = True
 
-    lag: Values = parameter("s", 0.0, (-1.0, 1.0), "mean time by which torques come late", per="arm")
+    lag: Values = parameter("s", 0.0, (-1.0, 1.0), "mean delay of the torques", per="arm")
     low_pass: Values = parameter("1", 0.0, (0.0, 1.0), "share s of the lag that is a low-pass, the rest a delay", per="arm", linear=False,
                                  grid=(0.0, 1.0))
 

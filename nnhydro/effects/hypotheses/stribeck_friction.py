@@ -25,7 +25,7 @@ class StribeckFriction(DryContact, LoadEffect):
     id = "stribeck_friction"
     family = "dry_friction"
     name = "Stribeck friction"
-    mechanism = "The shaft seal holds on while the joint barely moves and lets go as a film of water or grease forms."
+    mechanism = "The shaft seal sticks while the joint barely moves, and releases as a film of water or grease forms."
     equation = ("tau_j = (T_C + (T_S - T_C) (1 + m (qd_j / v_S)^2)^(-1/m)) z,  dz/dt = (sign(qd_j) - z) |qd_j| / z_0,  "
                 "v_0 <= 0.005 rad/s;  m = 0: exp(-(qd_j / v_S)^2);  z_0 = 0: z = tanh(qd_j / v_0)")
     source = ("m = 0: Stribeck model, m = 1: g(v) of the LuGre model with exponent 2, in J. Christopherson's collection, "
@@ -41,7 +41,7 @@ class StribeckFriction(DryContact, LoadEffect):
     dissipates = True
 
     sliding: Values = parameter("N m", 0.1, ANY_SIZE, "friction torque of fast sliding, T_C", per="arm")
-    excess: Values = parameter("N m", 0.1, ANY_SIZE, "what breakaway takes beyond that, T_S - T_C", per="arm")
+    excess: Values = parameter("N m", 0.1, ANY_SIZE, "excess of the breakaway torque, T_S - T_C", per="arm")
     speed: Values = parameter("rad/s", 0.1, (1e-5, 3.0), "speed over which the grip is lost, v_S", per="arm", linear=False,
                               grid=(0.05, 0.1, 0.2, 0.4, 0.8))
     tail: Values = parameter("1", 0.0, (0.0, 1.0), "how slowly the grip is lost, m", per="arm", linear=False, grid=(0.0, 1.0),
@@ -59,7 +59,7 @@ class StribeckFriction(DryContact, LoadEffect):
         return self.excess[0] >= LEAST_EXCESS * self.sliding[0] and self.speed[0] >= SHARP * self.width
 
     def slowest(self) -> float:
-        """Return twice the speed over which the grip is lost: nobody can extrapolate it from rows that slide."""
+        """Return twice the speed over which the grip is lost: rows of fast sliding do not determine it."""
         return 2 * self.speed[0]
 
     def quantities(self) -> dict[str, Quantity]:

@@ -26,7 +26,7 @@ class TipDrag(LoadEffect):
     family = "drag_law"
     cause = "tip_body"
     name = "drag of a body at the tip"
-    mechanism = "A gripper, a bracket or a loose line at the tip holds back the arm where its lever is longest."
+    mechanism = "A gripper, a bracket or a loose line at the tip resists the motion of the arm where its lever is longest."
     equation = "F = (1/2 rho C_D S |v_tip| + b) v_tip,  tau = J_tip^T F,  b = 0 where it is a bluff body"
     source = ("linear and quadratic drag after Fossen: Gazebo Sim, Hydrodynamics, "
               "https://gazebosim.org/api/sim/9/classgz_1_1sim_1_1systems_1_1Hydrodynamics.html; alike in all directions is ours")
@@ -40,7 +40,7 @@ class TipDrag(LoadEffect):
     dissipates = True
 
     drag_area: Values = parameter("m^2", 0.002, (0.0, 10.0), "drag coefficient times frontal area", per="arm")
-    linear: Values = parameter("N s/m", 0.1, ANY_SIZE, "part of the drag in proportion to the speed, b", per="arm", absent=True)
+    linear: Values = parameter("N s/m", 0.1, ANY_SIZE, "part of the drag proportional to speed, b", per="arm", absent=True)
 
     def narrower(self) -> tuple["TipDrag", ...]:
         """Return the bluff body alone."""

@@ -20,7 +20,7 @@ class TorqueBias(InstrumentEffect):
     id = "torque_bias"
     family = "torque_sensor"
     name = "torque sensor offset"
-    mechanism = "The sensor was not zeroed: its reading is too high or too low by the same amount, always."
+    mechanism = "The sensor was not zeroed: its reading is always too high or too low by the same amount."
     equation = "reading_j = tau_j + b"
     source = ("offset o of f = C r + o, r the readings: Model Based In Situ Calibration of Six Axis Force-torque Sensors, section 5.1, "
               "https://123dok.org/document/y8g3j53w-proposed-approach-to-in-situ-calibration.html")

@@ -20,7 +20,7 @@ class TorqueCrosstalk(InstrumentEffect):
     family = "torque_sensor"
     cause = "crosstalk"
     name = "torque crosstalk"
-    mechanism = "The sensor is twisted by what its neighbour carries, or the cables share a ground: one channel leaks into the other."
+    mechanism = "The load of its neighbour twists the sensor, or the cables share a ground: one channel leaks into the other."
     equation = "reading_j = tau_j + sum_k c_k tau_k,  k the other joints"
     source = ("Schrand (HITEC), Cross Talk Compensation Using Matrix Methods, "
               "https://hitec.humaneticsgroup.com/perspectives/cross-talk-compensation-using-matrix-methods")

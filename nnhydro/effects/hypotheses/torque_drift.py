@@ -51,7 +51,7 @@ class TorqueDrift(InstrumentEffect):
         return seen.tau + self.change(seen)
 
     def for_prediction(self, offset: float) -> InstrumentEffect:
-        """Return the zero at the end of the campaign as a bias: where it goes from there nobody knows."""
+        """Return the zero at the end of the campaign as a bias: its further course is unknown."""
         return TorqueBias(joint=self.joint, offset=(float(self.linear_values().sum()) + offset,))
 
     def quantities(self) -> dict[str, Quantity]:

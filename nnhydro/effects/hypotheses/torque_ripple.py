@@ -23,7 +23,7 @@ class TorqueRipple(LoadEffect):
     family = "transmission"
     cause = "ripple"
     name = "torque ripple"
-    mechanism = "Gear teeth, a harmonic drive or magnets pass by as the joint turns: the same small torque comes back at every tooth."
+    mechanism = "Gear teeth, a harmonic drive or magnets pass by as the joint turns: the same small torque recurs at every tooth."
     equation = "tau_j = a cos(N q_j) + b sin(N q_j)"
     source = ("Malzahn & Roozing (2016), Compliant Joint Toolbox, ripple of type 1: https://github.com/geez0x1/CompliantJointToolbox, "
               "model/nonlinear/torque_ripple.m; gear teeth as its cause: abstract of doi 10.1109/19.728840, "
@@ -37,7 +37,7 @@ class TorqueRipple(LoadEffect):
 
     cosine: Values = parameter("N m", 0.0, ANY_VALUE, "amplitude in phase with the angle", per="arm")
     sine: Values = parameter("N m", 0.0, ANY_VALUE, "amplitude a quarter period later", per="arm")
-    periods: Values = parameter("1", 12.0, (1.0, 1000.0), "periods a turn, N", per="arm", linear=False,
+    periods: Values = parameter("1", 12.0, (1.0, 1000.0), "periods per turn, N", per="arm", linear=False,
                                 grid=(*map(float, range(4, 60)), *map(float, range(60, 124, 4))))
 
     def columns(self, flow: Flow) -> Tensor:
@@ -55,4 +55,4 @@ class TorqueRipple(LoadEffect):
 
     def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"Joint {self.joint} has a torque ripple of {text['amplitude']}, {text['periods']} times a turn: gear teeth or magnets."
+        return f"Joint {self.joint} has a torque ripple of {text['amplitude']}, {text['periods']} times per turn: gear teeth or magnets."

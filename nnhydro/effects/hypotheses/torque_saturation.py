@@ -21,7 +21,7 @@ class TorqueSaturation(InstrumentEffect):
     family = "torque_sensor"
     cause = "clipping"
     name = "torque sensor clipping"
-    mechanism = "The sensor, its amplifier or the motor's current limit ends at a level: larger torques are read as that level."
+    mechanism = "The sensor, its amplifier or the motor's current is limited: a larger torque is read as the limit."
     equation = "reading_j = tau_j - c sgn(tau_j) max(|tau_j| - level, 0),  c = 1: cut off, less: compressed"
     source = ("Scilab, Saturation (clipped to a bound) and Deadband (the excess beyond it): "
               "https://docs.huihoo.com/scilab/help/2023.1.0/en_US/SATURATION.html and DEADBAND.html there; a share of the excess is "

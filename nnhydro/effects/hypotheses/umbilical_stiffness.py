@@ -22,7 +22,7 @@ NONE = 1e-9  # of the largest torque within a turn: terms below it are no part o
 @final
 @dataclass(frozen=True)
 class UmbilicalStiffness(LoadEffect):
-    """A spring at one joint with a rest angle of its own, linear or growing stiffer or softer as it bends."""
+    """A spring at one joint with a rest angle, linear or with a stiffness that grows or falls with the angle."""
 
     id = "umbilical_stiffness"
     family = "restoring"
@@ -40,8 +40,8 @@ class UmbilicalStiffness(LoadEffect):
 
     stiffness: Values = parameter("N m/rad", 0.5, ANY_VALUE, "torque per angle at x = 0: the spring constant of a linear one", per="arm")
     preload: Values = parameter("N m", 0.0, ANY_VALUE, "torque at x = 0: stiffness times q_mean - q_rest, where linear", per="arm")
-    quadratic: Values = parameter("N m/rad^2", 0.0, ANY_VALUE, "how much stiffer it is on one side, k_2", per="arm", absent=True)
-    cubic: Values = parameter("N m/rad^3", 0.0, ANY_VALUE, "how much stiffer it grows on both sides, k_3", per="arm", absent=True)
+    quadratic: Values = parameter("N m/rad^2", 0.0, ANY_VALUE, "asymmetry of the stiffness, k_2", per="arm", absent=True)
+    cubic: Values = parameter("N m/rad^3", 0.0, ANY_VALUE, "growth of the stiffness on both sides, k_3", per="arm", absent=True)
 
     about: float = field(default=0.0, kw_only=True)  # rad: q_mean, so that its size hangs on no choice of the angle's origin
 
@@ -65,7 +65,7 @@ class UmbilicalStiffness(LoadEffect):
         return at_joint(torch.stack([x, torch.ones_like(x), *bent], dim=1), self.joint, flow.arm.n_links)
 
     def _law(self) -> np.polynomial.Polynomial:
-        """The torque over x, without terms that nobody could measure."""
+        """The torque over x, without terms too small to measure."""
         c = [self.preload[0], self.stiffness[0], *self.quadratic, *self.cubic]
         sizes = [abs(x) * FURTHEST**n for n, x in enumerate(c)]
         while len(c) > 1 and sizes[len(c) - 1] <= NONE * max(sizes):

@@ -20,7 +20,7 @@ class ViscousFriction(LoadEffect):
     id = "viscous_friction"
     family = "viscous"
     name = "viscous friction"
-    mechanism = "Grease, a fluid film or the motor's own damping: the joint drags harder the faster it turns."
+    mechanism = "Grease, a fluid film or the damping of the motor resists the joint in proportion to its speed."
     equation = "tau_j = b qd_j"
     source = "Rivera (1995), section 3.2: one aggregate friction law a joint"
     signature = Signature(
@@ -41,4 +41,4 @@ class ViscousFriction(LoadEffect):
 
     def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
-        return f"Joint {self.joint} has viscous friction of {text['coefficient']}, in proportion to its speed."
+        return f"Joint {self.joint} has viscous friction of {text['coefficient']}, proportional to its speed."

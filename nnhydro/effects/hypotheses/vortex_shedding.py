@@ -41,13 +41,13 @@ def _phase_and_drag(flow: Flow, cell: float) -> tuple[Tensor, Tensor, Tensor]:
 @final
 @dataclass(frozen=True)
 class VortexShedding(LoadEffect):
-    """In-line force at twice the Strouhal frequency of each strip or cell; the phase is each link's and recording's own."""
+    """In-line force at twice the Strouhal frequency of each strip or cell; each link has a phase per recording."""
 
     id = "vortex_shedding"
     family = "wake"
     cause = "shedding"
     name = "vortex shedding"
-    mechanism = "Vortices leave the link left and right in turn; each gives a tug along the motion, the more often the faster it moves."
+    mechanism = "Vortices leave the link on alternate sides. Each tugs the link along its motion, more often the faster it moves."
     equation = "f = 1/2 rho D |w| w (a_i cos psi + b_i sin psi),  dpsi/dt = 4 pi St <|w|> / D,  <> the mean over a cell of the span"
     source = ("St about 0.2 and drag at twice the shedding frequency: Rivera (1995), section 2; cells of unlike frequency along a "
               "span: Williamson (1989), J. Fluid Mech. 206, 579, abstract at "

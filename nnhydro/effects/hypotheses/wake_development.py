@@ -28,7 +28,7 @@ class WakeDevelopment(LoadEffect):
     id = "wake_development"
     family = "wake"
     name = "wake that has yet to develop"
-    mechanism = "A link that starts has no wake yet: over a few diameters of travel drag builds up and settles, added mass falls."
+    mechanism = "A link that starts has no wake yet. Over a few diameters of travel, drag builds up and settles, and added mass falls."
     equation = "C_D -> C_D + sum_k d_k b_k(s / (reach D)),  C_M -> C_M + sum_k m_k b_k,  b_k = 0 for s > reach D"
     source = "McLain & Rock (1998), eqs. (1), (25) to (27): coefficients are functions of s/D; the B-splines are ours"
     signature = Signature(

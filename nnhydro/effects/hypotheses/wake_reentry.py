@@ -42,7 +42,7 @@ class WakeReentry(LoadEffect):
     needs_water = True
     predictable_share = 0.8  # vortices that run into a link do so in their own ways
 
-    slowing: Values = parameter("1", 0.2, (0.0, 5.0), "kappa_1 while the link goes on", per="arm")
+    slowing: Values = parameter("1", 0.2, (0.0, 5.0), "kappa_1 while the link keeps moving", per="arm")
     meeting: Values = parameter("1", 0.2, (0.0, 5.0), "kappa_1 after it has turned back", per="arm")
     push: Values = parameter("1", 0.2, (0.0, 5.0), "kappa_2, the push of the lead's square on a link at rest", per="arm")
     length: Values = parameter("1", 5.0, (0.5, 300.0), "diameters over which the wake settles, lambda", per="arm", linear=False,
@@ -97,7 +97,7 @@ class WakeReentry(LoadEffect):
 
     @classmethod
     def prepare(cls, flow: Flow, effects: Sequence[Self]) -> None:
-        """Compute the wakes of all `effects` in one pass over the rows: a row takes for ten laws hardly longer than for one."""
+        """Compute the wakes of all `effects` in one pass over the rows: ten laws take hardly longer than one."""
         laws = list(dict.fromkeys(effect._law for effect in effects))
         if flow.motion.steady or flow.motion.carried is not None or len(laws) < 2:
             return
@@ -114,7 +114,7 @@ class WakeReentry(LoadEffect):
 
     def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
-        goes_on = f" While the link goes on, it is {text['following']} of the wake's whole speed." if self.following else ""
+        goes_on = f" While the link keeps moving, it is {text['following']} of the wake's whole speed." if self.following else ""
         return (f"The arm meets its own wake. After a stop, the wake pushes the link with a C_D of {text['push']}. While the link slows "
                 f"down, C_D times the acting share of the wake's excess speed is {text['slowing']}; after a reversal it is "
                 f"{text['meeting']}.{goes_on} The wake decays over {text['length']} diameters and at {text['fading']}{self._twice(text)}.")

@@ -26,7 +26,7 @@ class WallProximity(LoadEffect):
     id = "wall_proximity"
     family = "interference"
     name = "nearness of a wall"
-    mechanism = "Between link and wall the water has less room and must flow faster: drag and added mass rise where the arm points there."
+    mechanism = "Between link and wall, the water must flow faster: drag and added mass rise when the arm points at the wall."
     equation = "C -> C + a p,  p = exp(-(1 - r.d / R) / depth),  r the place of the strip, d the direction of the wall, R the arm's reach"
     source = ("added mass near a wall: Wave Forces on Cylinders near Plane Boundary, abstract at "
               "https://paperexplained.cn/articles/paper/detail/840a402b330adf33aea566bc5f5818a81ea9a005; drag between near side walls "

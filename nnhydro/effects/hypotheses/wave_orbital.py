@@ -24,13 +24,13 @@ TRAVELS = tuple(k * pi / 4 for k in range(-3, 5))  # a wave that runs the other 
 @final
 @dataclass(frozen=True)
 class WaveOrbital(InstrumentEffect):
-    """Water that oscillates along one direction with one frequency; the phase is each recording's own."""
+    """Water that oscillates along one direction with one frequency; with a phase per recording."""
 
     id = "wave_orbital"
     family = "water"
     cause = "waves"
     name = "regular wave"
-    mechanism = "A wave passes: the water around the arm swings to and fro and loads the arm, whether it moves or not."
+    mechanism = "A wave passes: the water around the arm oscillates and loads the arm, whether the arm moves or not."
     equation = ("v = (a cos psi + b sin psi) d,  psi = omega t - k d.r,  k = omega^2 / g,  on each link its mean weighted by the lever "
                 "about its joint;  reading = tau(relative motion) - displaced mass times dv/dt at a fixed place")
     source = ("k = omega^2 / g: Mainwaring (2019), wave_gazebo_plugins, "

@@ -1,4 +1,4 @@
-"""Comparators: regressions of general use on the same recordings, to show what the physics in network and hybrid is worth.
+"""Comparators: regressions of general use on the same recordings, to show how much the physics in network and hybrid gains.
 
 A file in this folder is one comparator. It is fitted to at most so many rows, evenly thinned, and makes an ordinary model that cannot be
 stored. On features it learns torque over Morison scale and multiplies back; the mirror symmetry of the rig it has to find itself.

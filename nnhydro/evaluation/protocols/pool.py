@@ -14,11 +14,11 @@ from nnhydro.recordings.segment import Segment
 from nnhydro.recordings.splitting import Unit, steady_unit, units
 
 Array = NDArray[np.float64]
-RowValue = Callable[[Segment, Arm], Array]  # one value a row, (n,)
+RowValue = Callable[[Segment, Arm], Array]  # one value per row, (n,)
 
 
 def arm_name(campaign: Campaign, number: int) -> str:
-    """Return what tells the arm from the others: the campaign's folder, else the arm's name."""
+    """Return what distinguishes the arm from the others: the campaign's folder, else the arm's name."""
     return campaign.root.name if campaign.root is not None else f"{campaign.arm.name}-{number + 1}"
 
 

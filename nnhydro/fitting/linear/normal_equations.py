@@ -59,7 +59,7 @@ class Grams:
     def hessians(self, s: Tensor, shared: int) -> tuple[Tensor, Tensor]:
         """Return H (q, q) over all rows and (E, q, q) over those that each member trains on, a joint in units of s (joints,) N m.
 
-        The first `shared` columns have one coefficient for all joints, the others one a joint: q = shared + joints times their number.
+        The first `shared` columns have one coefficient for all joints, the others one per joint: q = shared + joints times their number.
         """
         joints, per_joint = len(s), self.whole.shape[1] - shared
         H = torch.zeros(1 + len(self.seen), shared + joints * per_joint, shared + joints * per_joint, dtype=torch.float64)

@@ -63,7 +63,7 @@ class RecursiveFit:
         self.arm, self.loads, self.forgetting = joint.arm, joint.model.loads, forgetting
         for name in adapted:
             known = self.loads.linear()
-            require(name in known, f"adapted: {name!r} is no linear term of this model: it has {', '.join(known)}", ConfigError)
+            require(name in known, f"adapted: {name!r} is not a linear term of this model: it has {', '.join(known)}", ConfigError)
         self.adapted: dict[str, LinearTerm] = {name: self.loads.linear()[name] for name in adapted}
         self.theta = torch.cat([term.linear_values() for term in self.adapted.values()])
         self.bounds = tensor([pair for term in self.adapted.values() for pair in term.linear_bounds()])

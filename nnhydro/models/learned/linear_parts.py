@@ -1,6 +1,6 @@
 """The linear parts of a hybrid as they were learned: the law of the strips with the arm's own loads, and the free part.
 
-The law's coefficients are shared by all joints, a set a member; the free part is what the mirror image of the rig need not repeat.
+The law's coefficients are shared by all joints, one set per member; the free part is what the mirror image of the rig need not repeat.
 """
 
 from dataclasses import dataclass, fields

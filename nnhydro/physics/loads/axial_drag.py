@@ -18,7 +18,7 @@ from nnhydro.physics.load_term import LinearTerm, Values, parameter
 @final
 @dataclass(frozen=True)
 class AxialDrag(LinearTerm):
-    """Axial drag with one coefficient a link."""
+    """Axial drag with one coefficient per link."""
 
     kind: ClassVar[str] = "axial_drag"
     C_Dx: Values = parameter("1", 0.03, (0.0, 2.0), "axial drag coefficient, reference area L D")

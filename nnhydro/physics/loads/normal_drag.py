@@ -43,7 +43,7 @@ def signed_square_integrals(A: Tensor, B: Tensor, L: Tensor) -> tuple[Tensor, Te
 @final
 @dataclass(frozen=True)
 class NormalDrag(LinearTerm):
-    """Cross-flow drag with one coefficient a link."""
+    """Cross-flow drag with one coefficient per link."""
 
     kind: ClassVar[str] = "normal_drag"
     C_D: Values = parameter("1", 1.1, (0.0, 5.0), "cross-flow drag coefficient, reference area L D")

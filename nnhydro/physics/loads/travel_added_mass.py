@@ -61,7 +61,7 @@ TRAVEL = (2.0, 15.0)  # diameters
 @final
 @dataclass(frozen=True)
 class StateAddedMass(SplineTerm):
-    """Added mass with C_M(s/D), beyond its value at rest; each ordinate has one value for the arm, or one a link."""
+    """Added mass with C_M(s/D), beyond its value at rest; each ordinate has one value for the arm, or one per link."""
 
     kind: ClassVar[str] = "state_added_mass"
     added_mass: ClassVar[bool] = True

@@ -27,7 +27,7 @@ TRAVEL = (2.0, 15.0)  # diameters: the peak of C_D lies near 4 and the arms of t
 @final
 @dataclass(frozen=True)
 class StateDrag(SplineTerm):
-    """Drag with C_D(s/D); each ordinate has one value for the arm, or one a link."""
+    """Drag with C_D(s/D); each ordinate has one value for the arm, or one per link."""
 
     kind: ClassVar[str] = "state_drag"
     added_mass: ClassVar[bool] = False

@@ -23,7 +23,7 @@ from nnhydro.physics.load_term import ANY_SIZE, LinearTerm, Values, parameter
 @final
 @dataclass(frozen=True)
 class ViscousTerm(LinearTerm):
-    """Friction proportional to speed with one coefficient a joint."""
+    """Friction proportional to speed with one coefficient per joint."""
 
     kind: ClassVar[str] = "viscous_friction"
     former: ClassVar[Mapping[str, str]] = {"b": "coefficient"}

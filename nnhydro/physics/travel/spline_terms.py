@@ -18,7 +18,7 @@ from nnhydro.physics.travel.term import TravelTerm
 
 @dataclass(frozen=True)
 class SplineTerm(TravelTerm, LinearTerm):
-    """A term with five shaping points and a steady value; each ordinate has one value for the arm, or one a link."""
+    """A term with five shaping points and a steady value; each ordinate has one value for the arm, or one per link."""
 
     if TYPE_CHECKING:  # declared by each term, after its ordinates
         tau_s: Values

@@ -68,7 +68,7 @@ class TravelTerm(LoadTerm):
     """A term with coefficients over the travel: the options of strips, travel rule and laws. See `TravelRule` for the last three."""
 
     added_mass: ClassVar[bool]  # True: the coefficient is C_M; False: C_D
-    per_link: int = field(default=10, kw_only=True)  # strips a link
+    per_link: int = field(default=10, kw_only=True)  # strips per link
     laws: tuple[str, ...] = field(default=(), kw_only=True)
     at_reversal: str = field(default="reset", kw_only=True)
     memory: float = field(default=5.0, kw_only=True)
@@ -109,9 +109,9 @@ class TravelTerm(LoadTerm):
         return _to_joints(state.strips, both)
 
     def arrange_columns(self, columns: Tensor, sizes: tuple[int, ...]) -> Tensor:
-        """Return columns (n, joints, p) of (n, joints, links, K), K parameters of `sizes` values: 1 for the arm, else one a link."""
+        """Return columns (n, joints, p) of (n, joints, links, K), K parameters of `sizes` values: 1 for the arm, else one per link."""
         links = columns.shape[2]
         wrong = [size for size in sizes if size not in (1, links)]
-        require(not wrong, f"term {self.kind!r}: a parameter has {wrong[:1]} values: give 1, or {links}, one a link", ModelError)
+        require(not wrong, f"term {self.kind!r}: a parameter has {wrong[:1]} values: give 1, or {links}, one per link", ModelError)
         parts = [columns[..., k].sum(2, keepdim=True) if size == 1 else columns[..., k] for k, size in enumerate(sizes)]
         return torch.cat(parts, dim=2)

@@ -14,7 +14,7 @@ class CarriageAtRest(RecordingCheck):
 
     id = "carriage_at_rest"
     looks_for = "a column u0_m_s that is 0 in every row"
-    remedy = "right for runs without tow; else look for the carriage's log"
+    remedy = "right for runs without tow; otherwise look for the carriage's log"
 
     def find(self, reading: Reading) -> Iterator[Oddity]:
         """Yield a note."""

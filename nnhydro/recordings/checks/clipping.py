@@ -56,7 +56,7 @@ class Clipping(RecordingCheck):
 
     id = "clipped"
     looks_for = "torques or angles flat at their own largest or smallest value, several times"
-    remedy = "the sensor is at the end of its range: widen it or record slower motions; leave these cells empty till then"
+    remedy = "the sensor is at the end of its range: widen it or record slower motions; leave these cells empty until then"
 
     def find(self, reading: Reading) -> Iterator[Oddity]:
         """Yield one finding a channel."""

@@ -20,5 +20,5 @@ class Copies(CampaignCheck):
         """Yield one finding a group of copies."""
         for group in copied_recordings(campaign):
             listed = ", ".join(group[:4]) + (f" and {len(group) - 4} more" if len(group) > 4 else "")
-            yield Oddity(None, "warning", listed, f"{len(group)} recordings hold the same numbers: copies of one run, no repeats of it",
+            yield Oddity(None, "warning", listed, f"{len(group)} recordings hold the same numbers: copies of one run, not repeats",
                          self.remedy)

@@ -26,7 +26,7 @@ class Density(ArmCheck):
     """A fluid is a gas, a liquid, or none (density 0)."""
 
     id = "density"
-    looks_for = "densities of no gas and no liquid, and gases as viscous as water"
+    looks_for = "densities that no gas or liquid has, and gases as viscous as water"
     remedy = "give kg/m3: water has 1000, air 1.2, and 1 g/cm3 is 1000 kg/m3; 0 means a dry arm"
 
     def find(self, arm: Arm) -> Iterator[Oddity]:
@@ -34,7 +34,7 @@ class Density(ArmCheck):
         rho, nu = arm.fluid.density_kg_m3, arm.fluid.kinematic_viscosity_m2_s
         place = "arm.yaml fluid.density_kg_m3"
         if not arm.dry and not _within(rho, GAS) and not _within(rho, LIQUID):
-            yield Oddity(None, "warning", place, f"no gas and no liquid has {rho:g} kg/m3", self.remedy)
+            yield Oddity(None, "warning", place, f"no gas or liquid has {rho:g} kg/m3", self.remedy)
         elif _within(rho, GAS) and _states_viscosity(arm.fluid) and not _within(rho * nu, GAS_MU):
             yield Oddity(None, "warning", place, f"{rho:g} kg/m3 is a gas, but no gas has a kinematic viscosity of {nu:g} m2/s",
                          f"{self.remedy}; air has 1.5e-5 m2/s, water 1e-6")
@@ -45,7 +45,7 @@ class Viscosity(ArmCheck):
     """A liquid's kinematic viscosity lies between those of helium and heavy oil."""
 
     id = "viscosity"
-    looks_for = "kinematic viscosities of no liquid, or of no water at its density"
+    looks_for = "kinematic viscosities that no liquid has, or that water of this density does not have"
     remedy = "give the kinematic viscosity in m2/s: water has 1e-6 (dynamic viscosity 1e-3 Pa s / density), 1 cSt is 1e-6 m2/s"
 
     def find(self, arm: Arm) -> Iterator[Oddity]:

@@ -1,4 +1,4 @@
-"""Files and folders of a campaign that nobody reads: a misspelt folder, logs beside arm.yaml."""
+"""Files and folders of a campaign that nnhydro does not read: a misspelt folder, logs beside arm.yaml."""
 
 from collections.abc import Iterator
 from difflib import get_close_matches
@@ -26,7 +26,7 @@ class MisplacedFiles(CampaignCheck):
 
     id = "misplaced_files"
     looks_for = "folders called much like those that are read, and logs beside arm.yaml"
-    remedy = "nobody reads it: move what is meant into recordings/, steady/ or unseen/"
+    remedy = "nnhydro does not read it: move what belongs to the campaign into recordings/, steady/ or unseen/"
 
     def find(self, campaign: Campaign, how: Preparation) -> Iterator[Oddity]:
         """Yield a warning a folder, and a note for all files beside arm.yaml."""

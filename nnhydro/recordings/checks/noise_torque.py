@@ -13,8 +13,8 @@ from nnhydro.recordings.checks.reading import Reading
 from nnhydro.recordings.filtering.preprocessing import Preparation
 
 BLOCKS = 50  # a stretch is cut into so many: B scatters by a fifth
-LEAST = 5  # rows a block
-WHITE = 2.0  # B: with 20 rows a block, loads that make less than 5 % of the variance
+LEAST = 5  # rows per block
+WHITE = 2.0  # B: with 20 rows per block, loads that make less than 5 % of the variance
 ALIKE = 0.2  # correlation of neighbouring rows
 MOVED = 0.1  # rad: below it a joint may carry no load
 
@@ -24,7 +24,7 @@ class NoiseTorque(CampaignCheck):
     """Some of a torque follows the motion."""
 
     id = "noise_torque"
-    looks_for = "torques without any course in time at joints that move"
+    looks_for = "torques that are noise from row to row at joints that move"
     remedy = "is the sensor connected, and the column the right one? Else move faster, until the load exceeds the noise"
 
     def find(self, campaign: Campaign, how: Preparation) -> Iterator[Oddity]:
@@ -43,5 +43,5 @@ class NoiseTorque(CampaignCheck):
                     sums[joint] += len(x) * np.array([width * means.var(), x.var(), (x[1:] * x[:-1]).mean()])
         for joint, (slow, rows, neighbours) in enumerate(sums):
             if rows > 0 and slow < WHITE * rows and abs(neighbours) < ALIKE * rows:
-                what = "is noise from row to row: nothing of it follows the motion"
+                what = "is noise from row to row: none of it follows the motion"
                 yield Oddity(None, "warning", campaign.arm.column("tau", joint + 1), what, self.remedy)

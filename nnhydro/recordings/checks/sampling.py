@@ -1,6 +1,6 @@
 """Sampling too slow for the motion: between two rows the angle bends.
 
-    rms |x_k - (x_{k-1} + x_{k+1}) / 2| / std x = 1 - cos(2 pi / N)        for a sine of N rows a period
+    rms |x_k - (x_{k-1} + x_{k+1}) / 2| / std x = 1 - cos(2 pi / N)        for a sine of N rows per period
 """
 
 from collections.abc import Iterator
@@ -17,7 +17,7 @@ MOVED = 0.05  # rad
 
 
 def rows_a_period(reading: Reading, joint: int) -> float:
-    """Return the rows a period of the sine that bends as much between neighbouring rows; infinite where the joint hardly moves."""
+    """Return the rows per period of the sine that bends as much between neighbouring rows; infinite where the joint hardly moves."""
     if not reading.stretches:
         return float("inf")
     start, stop = max(reading.stretches, key=lambda span: span[1] - span[0])
@@ -33,7 +33,7 @@ class SlowSampling(RecordingCheck):
     """There should be many rows in a period of the motion."""
 
     id = "slow_sampling"
-    looks_for = f"motions with fewer than about {ROWS_A_PERIOD:g} rows a period"
+    looks_for = f"motions with fewer than about {ROWS_A_PERIOD:g} rows per period"
     remedy = "accelerations are lost: log at a higher rate, or move more slowly"
 
     def find(self, reading: Reading) -> Iterator[Oddity]:
@@ -41,5 +41,5 @@ class SlowSampling(RecordingCheck):
         for joint in range(reading.arm.n_links):
             rows = rows_a_period(reading, joint)
             if rows < ROWS_A_PERIOD and not any(wrapped_rows(reading, joint, turn) for turn, _ in TURNS):
-                what = f"bends between neighbouring rows as a sine with {rows:.2g} rows a period would ({1 / reading.dt:.4g} Hz)"
+                what = f"bends between neighbouring rows as a sine with {rows:.2g} rows per period would ({1 / reading.dt:.4g} Hz)"
                 yield Oddity(reading.name, "warning", reading.arm.column("q", joint + 1), what, self.remedy)

@@ -77,7 +77,7 @@ class StuckTorque(RecordingCheck):
     id = "stuck_torque"
     looks_for = "a torque that keeps exactly one value while the arm moves"
     remedy = "the torque channel is dead or not updated: leave these cells empty or record again"
-    commanded = "right if the drive was told to give it; if it was measured, the channel is dead: leave its cells empty or record again"
+    commanded = "right if it is the command to the drive; if it was measured, the channel is dead: leave its cells empty or record again"
 
     def find(self, reading: Reading) -> Iterator[Oddity]:
         """Yield one finding a joint: the longest span; a note alone where all torques are exactly 0, as of what nothing drives."""
@@ -109,7 +109,7 @@ class NeverMoves(RecordingCheck):
 
     id = "never_moves"
     looks_for = "a joint whose angle is exactly constant while another joint moves far"
-    remedy = "right if the joint is locked; else look at its encoder"
+    remedy = "right if the joint is locked; otherwise check its encoder"
 
     def find(self, reading: Reading) -> Iterator[Oddity]:
         """Yield a note a joint."""

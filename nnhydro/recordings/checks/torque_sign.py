@@ -95,7 +95,7 @@ class TorqueSign(CampaignCheck):
         for joint in guilty:
             name = campaign.arm.column("tau", joint + 1)
             count = int((shares[:, joint] < NEGATIVE).sum())
-            what = (f"drive {joint + 1} gains energy from the water ({pooled[joint]:+.0%} of the work done to and fro, in {count} of "
+            what = (f"drive {joint + 1} gains energy from the water ({pooled[joint]:+.0%} of the work exchanged, in {count} of "
                     f"{len(found)} recordings): probably the wrong sign")
             yield Oddity(None, "warning", name, what, REMEDY % (name, name))
 

@@ -1,4 +1,4 @@
-"""Columns of a file that nobody reads: mostly harmless, but not where one of them is the carriage's speed."""
+"""Columns of a file that nnhydro does not use: mostly harmless, unless one of them is the carriage's speed."""
 
 import re
 from collections.abc import Iterator
@@ -16,7 +16,7 @@ class UnusedColumns(RecordingCheck):
 
     id = "unused_columns"
     looks_for = "columns that are no channel; a carriage's speed among them would not be used"
-    remedy = "fine where they are no channels; else map them in columns.yaml"
+    remedy = "fine if they are no channels; otherwise map them in columns.yaml"
 
     def find(self, reading: Reading) -> Iterator[Oddity]:
         """Yield a warning where one of the columns could be the carriage's speed and none is given, else a note."""
@@ -26,8 +26,8 @@ class UnusedColumns(RecordingCheck):
         named = ", ".join(map(repr, unused[:SHOWN])) + (f" and {len(unused) - SHOWN} more" if len(unused) > SHOWN else "")
         towing = [name for name in unused if CARRIAGE.search(name)] if not reading.towed and reading.recording.u0 is None else []
         if towing:
-            yield Oddity(reading.name, "warning", "u0_m_s", f"the carriage is taken to stand still, but the file has {named}, which nobody "
-                         "reads", f"if {towing[0]!r} is the carriage's speed, map it to u0_m_s with its unit in columns.yaml")
+            yield Oddity(reading.name, "warning", "u0_m_s", f"the carriage is taken to be at rest, but nnhydro does not use {named}",
+                         f"if {towing[0]!r} is the carriage's speed, map it to u0_m_s with its unit in columns.yaml")
         else:
-            yield Oddity(reading.name, "note", "", f"nobody reads the columns {named}" if len(unused) > 1 else
-                         f"nobody reads the column {named}", self.remedy)
+            yield Oddity(reading.name, "note", "", f"nnhydro does not use the columns {named}" if len(unused) > 1 else
+                         f"nnhydro does not use the column {named}", self.remedy)

@@ -1,4 +1,4 @@
-"""Rates and accelerations that were computed from the angles, by differences and filters: they are late or smoothed, and tell nothing new.
+"""Rates and accelerations that were computed from the angles, by differences and filters: they are late or smoothed, and add nothing.
 
     x(b) - x(a) - int_a^b y dt = lag (y(b) - y(a)),     y(t) = dx/dt (t - lag)         means over blocks of `BLOCK`, by least squares
 

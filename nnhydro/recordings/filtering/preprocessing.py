@@ -147,7 +147,7 @@ def _merge_close_rows(t: Array, channels: Mapping[str, Array | None]) -> tuple[A
 def resample(r: Recording, start: int, stop: int) -> Recording:
     """Return rows start..stop-1 of `r` on an even grid, by cubic splines.
 
-    Between rows at random times a straight line would lose (pi f dt)^2 / 3 of a sine: 1 % at 18 rows a period.
+    Between rows at random times a straight line would lose (pi f dt)^2 / 3 of a sine: 1 % at 18 rows per period.
     """
     from scipy.interpolate import make_interp_spline
 

@@ -1,4 +1,4 @@
-"""Apache Parquet: one column a channel; only the requested columns are read."""
+"""Apache Parquet: one column per channel; only the requested columns are read."""
 
 from pathlib import Path
 from typing import Any

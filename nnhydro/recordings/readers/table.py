@@ -98,7 +98,7 @@ def require_plausible(path: Path, unpacked: int) -> None:
 
 
 def require_unique(path: Path, header: Sequence[str], wanted: frozenset[str]) -> None:
-    """Raise RecordingError where a wanted column stands twice in the header: nobody knows which one is meant."""
+    """Raise RecordingError where a wanted column stands twice in the header: it is unclear which one is meant."""
     twice = [name for name, count in Counter(header).items() if count > 1 and name in wanted]
     if twice:
         raise RecordingError(f"{path}: column {twice[0]!r} appears {Counter(header)[twice[0]]} times: rename or remove one")

@@ -129,7 +129,7 @@ def _above_header(lines: list[str], stated: str) -> int:
 
 
 def _with_rows(layout: Layout, below: list[str]) -> Layout:
-    """The layout with what the first rows tell."""
+    """The layout as the first rows show it."""
     try:
         rows = [cells(line, layout.delimiter) for line in below]
     except csv.Error:

@@ -33,7 +33,7 @@ class _StrictLoader(_Fast):  # type: ignore[misc]
         return made
 
     def plain_number(self, node: Any) -> Any:
-        """Return the number; 1:30, which YAML 1.1 takes for 90, is refused: nobody means that in a file of SI units."""
+        """Return the number; 1:30, which YAML 1.1 takes for 90, is refused: it is not a number in SI units."""
         if ":" in node.value:
             raise yaml.YAMLError(f"line {node.start_mark.line + 1}: {node.value[:40]!r} would be read to the base of sixty: write a plain "
                                  "number, or put a text in quotation marks")
@@ -97,5 +97,5 @@ def read_yaml(path: Path, error: type[NnhydroError]) -> dict[str, Any]:
         raise error(f"{path}: holds {found} instead of 'key: value' lines: is this the right file?")
     strange = next((key for key in document if not isinstance(key, str)), None)
     if strange is not None:
-        raise error(f"{path}: the key {strange!r} is no word: write 'key: value' lines")
+        raise error(f"{path}: the key {strange!r} is not a word: write 'key: value' lines")
     return document

@@ -1,6 +1,6 @@
 """The benchmark's pictures: measured against modelled torque for the worst, the median and the best recording, and the errors.
 
-Lines differ in dash and width as well as in colour, so that they can be told apart in grey and by colour-blind readers.
+Lines differ in dash and width as well as in colour, so that they can be distinguished in grey and by colour-blind readers.
 """
 
 from collections.abc import Mapping, Sequence
@@ -28,7 +28,7 @@ def typical_recordings(result: BenchmarkResult, by: str) -> dict[str, str]:
 
 
 def shown_models(result: BenchmarkResult) -> list[str]:
-    """Return at most three models worth a line: the winner, the best physics baseline and the runner-up."""
+    """Return at most three models to draw: the winner, the best physics baseline and the runner-up."""
     ranking = result.ranking()
     physics = [name for name in ranking if name not in ("network", "hybrid")]
     return list(dict.fromkeys([ranking[0], *physics[:1], *ranking[1:]]))[:3]
@@ -86,7 +86,7 @@ def learning_curves(result: BenchmarkResult) -> "Figure":
 
 
 def reliability_figure(covered: Mapping[str, Mapping[str, float]]) -> "Figure":
-    """Draw the share of held-out torques inside the intervals against the share that they promise, a line a model.
+    """Draw the share of held-out torques inside the intervals against the share that they promise, one line per model.
 
     `covered` holds the share by the promised one in per cent, by model; on the diagonal a model's doubt is honest.
     """

@@ -1,4 +1,4 @@
-"""Many campaigns diagnosed, each to a folder of its own, by as many workers as there are."""
+"""Diagnose many campaigns, each into its own folder, on all workers."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

@@ -1,6 +1,6 @@
 """The pictures of a diagnosis: torque against time, the residual map of baseline and corrected model, the laws that were found.
 
-Each is written as PNG and SVG with its data beside it, and can be told apart in grey and by colour-blind readers.
+Each is written as PNG and SVG with its data beside it, and can be distinguished in grey and by colour-blind readers.
 """
 
 from collections.abc import Sequence
@@ -27,7 +27,7 @@ SHADES = 64  # of the colour scale
 
 
 def map_figure(maps: Sequence[ResidualMap], stem: Path) -> list[Path]:
-    """Draw the residual maps over angle and rate: a row a joint, a column a model, one colour scale a joint."""
+    """Draw the residual maps over angle and rate: one row per joint, one column per model, one colour scale per joint."""
     from matplotlib import colormaps
 
     shown = [grid for grid in maps if grid.over == OVER]
@@ -72,7 +72,7 @@ def _law(ax: "Axes", law: DrawnLaw, title: str, labels: tuple[str, str, str]) ->
 
 
 def law_figure(laws: Sequence[tuple[str, DrawnLaw]], labels: tuple[str, str, str] = FOUND) -> "Figure":
-    """Return laws, each with its statement, one below the other; `labels` tell what rows, means and line are."""
+    """Return laws, each with its statement, one below the other; `labels` name rows, means and line."""
     figure = new_figure(8.0, 3.6 * len(laws) + 0.5)
     axes = figure.subplots(len(laws), 1, squeeze=False)[:, 0]
     for ax, (statement, law) in zip(axes, laws, strict=True):

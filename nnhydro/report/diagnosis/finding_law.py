@@ -120,7 +120,7 @@ def _active_rows(finding: Finding, traces: Sequence[Trace]) -> NDArray[np.bool_]
 def law_of(finding: Finding, corrected: TorqueModel, traces: Sequence[Trace], name: str) -> DrawnLaw | None:
     """Return the law of `finding` on the compared rows of `traces`, whose model `name` is `corrected`.
 
-    None where it is no law of the state: a phase of its own in every recording, or a drift with the time of day.
+    None if it is not a law of the state: a phase per recording, or a drift with the time of day.
     """
     model, effect = _physics(corrected), finding.law
     if model is None or effect.per_recording or not traces:

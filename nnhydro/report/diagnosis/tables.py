@@ -32,7 +32,7 @@ def nearest_sheet(document: Document) -> Sheet | None:
 
 
 def location_sheet(document: Document) -> Sheet:
-    """Return where the residual of the baseline lies, a row a joint."""
+    """Return where the residual of the baseline lies, one row per joint."""
     where = document["location"]
     return Sheet("Where the baseline and the recordings differ", (
         Column("joint", [x["joint"] for x in where]), Column("share of the residual", [x["share"] for x in where], "{:.0%}", "share"),
@@ -54,7 +54,7 @@ def errors_sheet(document: Document) -> Sheet:
 
 
 def recalibrated_sheet(document: Document) -> Sheet | None:
-    """Return the baseline's recalibrated coefficients, beside a simulation their changes, a row a link; None where it has none."""
+    """Return the baseline's recalibrated coefficients, beside a simulation their changes, one row per link; None where it has none."""
     found = {name: values for name, values in (document.get("recalibrated") or {}).items() if values}
     if not found:
         return None

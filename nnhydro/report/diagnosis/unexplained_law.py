@@ -56,8 +56,8 @@ def _law(parts: Sequence[Residual], joint: int, name: str) -> DrawnLaw | None:
 
 
 def unknown_laws(result: DiagnosisResult) -> list[DrawnLaw]:
-    """Return for every joint where something without a name is left the residual's mean over the input that tells most of it."""
-    parts = [part for part in result.proof.remains if part.dt > 0 and len(part.r) >= 2]
+    """Return, for every joint with an unexplained residual, its mean over the most informative input."""
+    parts = [part for part in result.heldout.remains if part.dt > 0 and len(part.r) >= 2]
     if not result.remainder.detected or not parts:
         return []
     drawn = [_law(parts, law.joint, law.depends_on[0]) for law in result.remainder.learned if law.real and law.depends_on]

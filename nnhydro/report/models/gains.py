@@ -1,4 +1,4 @@
-"""Effective gains for people: a figure, a table and a sentence."""
+"""Effective gains as a figure, a table and a sentence."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -51,7 +51,7 @@ def _limit(ax: "Axes", lines: Sequence[Any], quantity: str) -> None:
 
 
 def gain_figure(made: Sequence[Sweep], name: str, stem: Path, sliding: bool = False) -> list[Path]:
-    """Draw the sweeps, a row a joint: damping and inertia over speed and, where there is an elbow, inertia over its angle.
+    """Draw the sweeps, one row per joint: damping and inertia over speed and, where there is an elbow, inertia over its angle.
 
     Of a linear axis (`sliding`) in its own units.
     """
@@ -72,7 +72,7 @@ SHARES = (0.0, 0.25, 0.5, 1.0)  # of the greatest speed
 
 
 def gain_rows(made: Sequence[Sweep]) -> tuple[list[str], list[list[str]]]:
-    """Return the columns and rows of the table, a row a joint and speed."""
+    """Return the columns and rows of the table, one row per joint and speed."""
     by_speed = [sweep for sweep in made if sweep.over == "speed_rad_s"]
     labels = list(by_speed[0].gains)
     wet = [label for label in labels if label != "dry arm"]

@@ -36,7 +36,7 @@ class History:
 
 
 def points_a_line(traces: Sequence[Trace], models: int) -> int:
-    """Return how many points a line may have so that the page stays small."""
+    """Return how many points per line may have so that the page stays small."""
     lines = sum(trace.segment.n_links * (2 * models + 1) for trace in traces)
     return int(np.clip(BUDGET / max(lines * PER_POINT, 1), FEWEST, POINTS))
 

@@ -20,7 +20,7 @@ from nnhydro.simulation.motions.profiles import ramp_profile, slew_shape
 from nnhydro.simulation.recipe.per_joint import PerJoint, PerJointMagnitude, one_each, spread
 
 Frequency = Annotated[float, Field(gt=0, le=1000)]
-GRID = 64  # points a period of the highest sine when the largest angle and rate are sought: 0.1 % of a peak between points
+GRID = 64  # points per period of the highest sine when the largest angle and rate are sought: 0.1 % of a peak between points
 MARGIN = 0.998  # what a peak between two points may add
 
 
@@ -33,7 +33,7 @@ def sines(t: Array, amplitude: Array, frequency: Array, phase: Array) -> tuple[A
 
 @final
 class Fourier(TimedMotion):
-    """Sines about `q_rad`, given (`amplitude_rad`, `frequency_hz`, `phase_rad`, one list a joint) or drawn (`count`, `band_hz`, limits)."""
+    """Sines about `q_rad`, stated (`amplitude_rad`, `frequency_hz`, `phase_rad`: lists per joint) or drawn (`count`, `band_hz`, limits)."""
 
     kind: Literal["fourier"] = "fourier"
     q_rad: PerJoint
@@ -77,8 +77,8 @@ class Fourier(TimedMotion):
         phase = self.phase_rad if self.phase_rad is not None else ((0.0,) * shape[1],) * joints
         for name, rows in (("amplitude_rad", self.amplitude_rad), ("phase_rad", phase)):
             found = (len(rows), sorted({len(row) for row in rows}))
-            require(found == (joints, [shape[1]]), f"{self.key(name)}: needs {joints} list(s), one a joint, of {shape[1]} number(s) each, "
-                    "one a frequency")
+            require(found == (joints, [shape[1]]), f"{self.key(name)}: needs {joints} list(s), one per joint, of {shape[1]} number(s) "
+                    "each, one per frequency")
         return np.array(self.amplitude_rad), np.broadcast_to(np.array(self.frequency_hz), shape), np.array(phase)
 
     def _draw_sines(self, joints: int, rng: np.random.Generator) -> tuple[Array, Array, Array]:

@@ -1,4 +1,4 @@
-"""Steady runs on a grid: every tow speed with every angle and rate, one row a run, torque averaged over the run.
+"""Steady runs on a grid: every tow speed with every angle and rate, one row per run, torque averaged over the run.
 
 Source: Rivera (1995), section 4.2 (one run for each angle of joint 1, angle of joint 2 and speed, in steps of 15 degrees).
 """
@@ -18,7 +18,7 @@ MAX_RUNS = 100_000
 
 @final
 class SteadyRuns(MotionKind):
-    """All combinations of the carriage speeds `u0_m_s`, the angles `q_rad` and the rates `dq_rad_s` (one list a joint; default 0).
+    """All combinations of the carriage speeds `u0_m_s`, the angles `q_rad` and the rates `dq_rad_s` (one list per joint; default 0).
 
     Each run lasts `duration_s`: the longer, the smaller the error of the mean torque. The table becomes steady/NAME.csv.
     """
@@ -30,7 +30,7 @@ class SteadyRuns(MotionKind):
     duration_s: float = Field(default=5.0, gt=0, le=3600)
 
     def states(self, joints: int) -> State:
-        """Return the grid, one row a run, the last joint's rate varying fastest; raise ConfigError naming motion and key."""
+        """Return the grid, one row per run, the last joint's rate varying fastest; raise ConfigError naming motion and key."""
         rates = self.dq_rad_s if self.dq_rad_s is not None else ((0.0,),) * joints
         for key, axes in (("q_rad", self.q_rad), ("dq_rad_s", rates)):
             require(len(axes) == joints, f"motion {self.name!r}: {key}: {len(axes)} list(s) for an arm of {joints} joint(s): give one a "

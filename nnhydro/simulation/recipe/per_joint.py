@@ -23,11 +23,11 @@ PerJointMagnitude = Annotated[tuple[Magnitude, ...], BeforeValidator(_as_tuple),
 
 def spread(values: tuple[float, ...], joints: int, what: str) -> Array:
     """Return `values` as (joints,): one number serves all joints; raise ConfigError naming `what` where that fails."""
-    require(len(values) in (1, joints), f"{what}: {len(values)} numbers for an arm of {joints} joint(s): give one, or one a joint")
+    require(len(values) in (1, joints), f"{what}: {len(values)} numbers for an arm of {joints} joint(s): give one, or one per joint")
     return np.broadcast_to(np.array(values, dtype=float), (joints,))
 
 
 def one_each(values: tuple[float, ...], joints: int, what: str) -> Array:
-    """Return `values` as (joints,); raise ConfigError naming `what` where the count is not one a joint."""
-    require(len(values) == joints, f"{what}: {len(values)} numbers for an arm of {joints} joint(s): give one a joint")
+    """Return `values` as (joints,); raise ConfigError naming `what` where the count is not one per joint."""
+    require(len(values) == joints, f"{what}: {len(values)} numbers for an arm of {joints} joint(s): give one per joint")
     return np.array(values, dtype=float)

@@ -32,7 +32,8 @@ class MotionLimits(Settings):
         joints = state.q.shape[1]
         angle, rate = np.full((joints, 2), [-np.inf, np.inf]), np.full(joints, np.inf)
         if self.q_rad is not None:
-            require(len(self.q_rad) == joints, f"limits.q_rad: {len(self.q_rad)} pair(s) for an arm of {joints} joint(s): give one a joint")
+            require(len(self.q_rad) == joints,
+                    f"limits.q_rad: {len(self.q_rad)} pair(s) for an arm of {joints} joint(s): give one per joint")
             angle = np.array(self.q_rad)
         if self.dq_rad_s is not None:
             rate = spread(self.dq_rad_s, joints, "limits.dq_rad_s")

@@ -60,5 +60,5 @@ def test_a_baseline_wrong_in_form_may_be_called_so_or_left_alone():
 
 @pytest.mark.parametrize("broken", [{}, {"findings": 3}, {"findings": [{"class": []}]}, {"findings": ["bias"]}])
 def test_what_is_no_diagnosis_is_refused_with_its_file(broken):
-    with pytest.raises(ConfigError, match=r"diagnosis\.json: is no diagnosis"):
+    with pytest.raises(ConfigError, match=r"diagnosis\.json: is not a diagnosis"):
         of(ANSWER, broken)

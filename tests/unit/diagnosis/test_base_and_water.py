@@ -107,7 +107,7 @@ def test_dry_friction_is_found_on_an_axis_that_creeps():
     found = diagnose(Campaign.of(AXIS, [slid(k, reach=0.003) for k in range(1, 5)]))
     assert [finding.effect for finding in found.findings] == ["coulomb_friction"]
     assert found.findings[0].parameters["level"].value == pytest.approx(20.0, rel=0.05)
-    assert found.proof.after < 0.1
+    assert found.heldout.after < 0.1
 
 
 @pytest.mark.slow

@@ -41,8 +41,8 @@ def test_a_claim_is_always_a_mismatch(monkeypatch):
 def test_each_of_two_findings_has_the_error_without_itself_and_both_that_of_the_corrected_model():
     told = diagnosed("two frictions")
     without = {f.effect: f.error_without for f in told.findings}
-    assert without == {effect: told.proof.without[effect, 1] for effect in ("coulomb_friction", "viscous_friction")}
-    assert {f.error_with for f in told.findings} == {told.proof.after}
+    assert without == {effect: told.heldout.without[effect, 1] for effect in ("coulomb_friction", "viscous_friction")}
+    assert {f.error_with for f in told.findings} == {told.heldout.after}
 
 
 @pytest.mark.parametrize("name", [
@@ -53,7 +53,7 @@ def test_a_healthy_arm_is_left_alone_whatever_its_noise(name):
     assert named(told) == set()
     assert not told.detected
     assert told.verdict().startswith("No missing physics was detected")
-    assert told.proof.after == told.proof.before < 3 * told.noise_floor
+    assert told.heldout.after == told.heldout.before < 3 * told.noise_floor
 
 
 def test_a_stated_friction_whose_step_is_smoother_is_no_second_friction():
@@ -94,9 +94,9 @@ def test_dry_friction_is_named_with_its_level_and_nothing_else(name):
     level, low, high = value(name, "coulomb_friction", "level")
     assert level == pytest.approx(FRICTION, rel=0.05)
     assert low <= FRICTION <= high
-    assert told.noise_floor < told.proof.after  # the arm's step is four times as wide as the card's
-    assert told.proof.after < 0.3 * told.proof.before
-    assert told.proof.after < 2 * told.noise_floor + 0.02 * told.proof.before
+    assert told.noise_floor < told.heldout.after  # the arm's step is four times as wide as the card's
+    assert told.heldout.after < 0.3 * told.heldout.before
+    assert told.heldout.after < 2 * told.noise_floor + 0.02 * told.heldout.before
     (decision,) = [d for d in told.decisions if d.claimed]
     assert (decision.effect, decision.joint) == ("coulomb_friction", 1)
     assert decision.statistic > decision.threshold
@@ -107,7 +107,7 @@ def test_machines_may_be_of_any_size(name, factor):
     usual, other = diagnosed("rubbing"), diagnosed(name)
     assert named(other) == RUBS
     assert value(name, "coulomb_friction", "level")[0] / factor == pytest.approx(value("rubbing", "coulomb_friction", "level")[0], rel=1e-3)
-    assert other.proof.after == pytest.approx(usual.proof.after, rel=1e-3)
+    assert other.heldout.after == pytest.approx(usual.heldout.after, rel=1e-3)
 
 
 @pytest.mark.slow
@@ -137,8 +137,8 @@ def test_rate_order_names_and_precision_of_the_files_change_no_name_and_hardly_a
 
 def test_the_order_and_the_names_of_files_change_nothing_that_is_decided():
     usual, other = diagnosed("rubbing"), diagnosed("rubbing, shuffled and renamed")
-    assert other.proof.before == pytest.approx(usual.proof.before, rel=0.02)
-    assert other.proof.after == pytest.approx(usual.proof.after, rel=0.1)
+    assert other.heldout.before == pytest.approx(usual.heldout.before, rel=0.02)
+    assert other.heldout.after == pytest.approx(usual.heldout.after, rel=0.1)
     assert [(d.effect, d.joint, d.claimed) for d in other.decisions] == [(d.effect, d.joint, d.claimed) for d in usual.decisions]
 
 
@@ -149,7 +149,7 @@ def test_of_a_rod_that_swings_freely_no_load_lifts_the_weight_and_its_friction_i
     level, low, high = value("hanging in water", "coulomb_friction", "level")
     assert low < 0.13 < high
     assert high - level > 1.96 * 0.02 * level, "the masses are known to 2 %, and no torque tells more"
-    assert told.proof.after < 0.5 * told.proof.before
+    assert told.heldout.after < 0.5 * told.heldout.before
 
 
 def test_a_cable_of_a_free_pendulum_is_as_stiff_as_it_is_though_the_equation_holds_up_to_a_factor():
@@ -164,7 +164,7 @@ def test_a_cable_of_a_free_pendulum_is_as_stiff_as_it_is_though_the_equation_hol
 def test_a_free_pendulum_is_judged_by_its_weight_and_shows_both_its_frictions():
     told = diagnosed("free pendulum")
     assert named(told) == {("viscous_friction", 1), ("coulomb_friction", 1)}
-    assert told.proof.scale == "weight"
+    assert told.heldout.scale == "weight"
     assert value("free pendulum", "viscous_friction", "coefficient")[0] == pytest.approx(0.04, rel=0.05)
     assert value("free pendulum", "coulomb_friction", "level")[0] == pytest.approx(0.03, rel=0.05)
     document = told.document()
@@ -189,7 +189,7 @@ def test_a_friction_that_is_all_there_is_is_no_noise_however_few_the_speeds(rows
     assert len(told.findings) == 1
     assert named(told) <= {("torque_bias", 1), ("coulomb_friction", 1)}
     assert told.noise_floor < 0.33
-    assert told.proof.after < 0.05
+    assert told.heldout.after < 0.05
 
 
 @pytest.mark.parametrize(("name", "baseline"), [("steady, offset", None), ("shaft, 30 speeds", "rigid")])
@@ -217,7 +217,7 @@ def test_the_users_own_simulation_may_be_the_baseline_as_a_column_or_as_a_model_
         baseline = str(save_model(identify(healthy, "constant"), tmp_path / "model"))
     told = diagnosed("column", baseline)
     assert named(told) == RUBS
-    assert told.proof.after < 0.3 * told.proof.before
+    assert told.heldout.after < 0.3 * told.heldout.before
 
 
 @pytest.mark.parametrize("name", ["healthy", "rubbing", "steady", "free pendulum"])
@@ -270,7 +270,7 @@ def test_the_same_campaign_and_seed_give_the_same_document_again():
 @pytest.mark.slow
 def test_of_more_recordings_than_are_studied_the_others_take_no_part():
     told = diagnosed("rubbing", most=4)
-    assert told.proof.recordings == 4
+    assert told.heldout.recordings == 4
     assert named(told) == RUBS
 
 

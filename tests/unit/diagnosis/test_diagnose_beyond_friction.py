@@ -90,7 +90,7 @@ def test_a_joint_that_sticks_at_rest_has_dry_friction_and_no_breakaway_beside_it
         assert low <= true <= high
         assert got == pytest.approx(true, rel=0.05)
     assert value("sticking at rest", "coulomb_friction", "bending")[0] < 0.002, "between the points of the grid"
-    assert told.proof.after < 0.03
+    assert told.heldout.after < 0.03
 
 
 @pytest.mark.slow
@@ -106,7 +106,7 @@ def test_recordings_in_which_the_model_has_other_parameters_are_no_noise_and_the
 
 def test_an_error_that_is_large_for_want_of_recordings_alone_is_no_alarm():
     told = diagnosed("two slow ones")
-    assert told.proof.after > 3 * told.noise_floor, "stretches are predicted badly from one another"
+    assert told.heldout.after > 3 * told.noise_floor, "stretches are predicted badly from one another"
     assert not told.detected
 
 

@@ -23,11 +23,11 @@ from nnhydro.recordings.filtering.preprocessing import Preparation, prepare
 def diagnosis(p=0.001, found=(), remains=False, following=None, hums=(), floor=0.03, learned=(), as_given=None):
     lines = tuple(SimpleNamespace(sentence=lambda hum=hum: hum) for hum in hums)
     rest = Remainder(remains, 0.05, 0.5, p, tuple(learned), lines)
-    proof = SimpleNamespace(before=0.2, after=0.05, without={}, scale="measured torque", held_out="recordings",
+    heldout = SimpleNamespace(before=0.2, after=0.05, without={}, scale="measured torque", unit="recordings",
                             as_given=as_given)
     place = Location(1, 1.0, "spread", {}, [0.0, 1.0], [])
     decisions = (Decision("backlash", 2, 3.14159, 4.6, False, "gains 3.1 nats beside the others (4.6 needed)"),)
-    return DiagnosisResult(SimpleNamespace(arm=arm(1)), None, "constant", 1.23456, p, floor, proof, [place], list(found), rest, decisions,
+    return DiagnosisResult(SimpleNamespace(arm=arm(1)), None, "constant", 1.23456, p, floor, heldout, [place], list(found), rest, decisions,
                            {"x": 1}, (), following, {"cd": [1.0]}, {"v": "1"})
 
 
@@ -105,13 +105,13 @@ def test_a_dry_friction_that_takes_the_place_of_a_stated_one_says_what_is_left_o
 
 @pytest.mark.parametrize(("predicted", "phased", "told"), [
     (True, False, "A fit without it has the same error, 20.0 %, but moves masses or coefficients beyond their uncertainty."),
-    (False, True, "Its phase wanders, and cannot be predicted: the error on recordings held out of the fit stays 20.0 %."),
+    (False, True, "Its phase wanders, and cannot be predicted: the error on recordings held out of the fit remains 20.0 %."),
     (False, False, "When it acts cannot be predicted, and its values are less certain than the intervals say: "
-                   "the error on recordings held out of the fit stays 20.0 %.")])
+                   "the error on recordings held out of the fit remains 20.0 %.")])
 def test_of_a_finding_that_lowers_no_error_the_verdict_says_why(predicted, phased, told):
     law = SimpleNamespace(per_recording=phased)
     made = diagnosis(found=(Told(equivalence_set=("a",), statement="A.", predicted=predicted, law=law),))
-    made.proof.after = made.proof.before
+    made.heldout.after = made.heldout.before
     assert made.verdict() == f"A. {told}"
 
 

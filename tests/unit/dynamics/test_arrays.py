@@ -36,7 +36,7 @@ def test_leading_axes_are_broadcast_and_given_back():
 
 
 @pytest.mark.parametrize(("vectors", "scalars", "line"), [
-    ({"q": [1.0, float("nan")]}, {}, "q holds NaN"), ({"q": [1.0]}, {}, "this arm has 2 joint"), ({"q": "no"}, {}, "no array of numbers"),
+    ({"q": [1.0, float("nan")]}, {}, "q holds NaN"), ({"q": [1.0]}, {}, "this arm has 2 joint"), ({"q": "no"}, {}, "not an array"),
     ({"q": np.zeros((3, 2))}, {"u0": np.zeros(4)}, "leading axes do not fit together")])
 def test_what_is_no_state_is_refused(vectors, scalars, line):
     with pytest.raises(ModelError, match=line):

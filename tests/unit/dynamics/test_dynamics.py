@@ -310,7 +310,7 @@ def test_what_is_no_dynamics_is_said():
     a = arm(2)
     with pytest.raises(ModelError, match="correction of torques that were simulated elsewhere"):
         nnhydro.Dynamics(CorrectedSimulation(a, GIVEN, {}, None, theory(a), theory(a)))
-    with pytest.raises(ModelError, match="is no model"):
+    with pytest.raises(ModelError, match="is not a model"):
         nnhydro.Dynamics(3)
     dynamics = nnhydro.Dynamics(theory(a))
     with pytest.raises(ModelError, match="last axis must have 2"):

@@ -72,4 +72,4 @@ def test_friction_under_load_sets_in_as_the_contact_bends():
     law = made("load_friction", arm(1), 1, coefficient=(0.2,), level=(0.3,), bending=(0.02,))
     z = made("coulomb_friction", arm(1), 1, level=(1.0,), bending=(0.02,)).torque(flow)
     assert_close(law.apply(seen) - seen.tau, (0.3 + 0.2 * seen.tau.abs()) * z, atol=1e-9)
-    assert law.statement().endswith("It sets in over 0.02 rad after a reversal (presliding).")
+    assert law.statement().endswith("The friction reaches its level 0.02 rad after a reversal (presliding).")

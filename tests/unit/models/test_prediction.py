@@ -39,7 +39,7 @@ def torques_at(t, a, seed=1):
 
 
 def complete(prediction, motion):
-    """One finite row a row, in order, at the same times bit for bit."""
+    """One finite row per row, in order, at the same times bit for bit."""
     assert np.array_equal(prediction.t, motion.t)
     assert prediction.tau.shape == motion.q.shape
     assert np.isfinite(prediction.tau).all()

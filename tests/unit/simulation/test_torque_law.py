@@ -22,7 +22,7 @@ def test_a_delay_shifts_the_torque_by_whole_periods():
     np.testing.assert_array_equal(late.tau[:2], 0.0)
     first = np.flatnonzero(plain.tau.any(axis=1))[0]
     assert np.flatnonzero(late.tau.any(axis=1))[0] == first + round(0.01 * RATE)
-    with pytest.raises(ConfigError, match="no whole number of periods"):
+    with pytest.raises(ConfigError, match="not a whole number of periods"):
         run(planted(a), kind="pd", kp=40.0, kd=4.0, delay_s=0.003)
 
 

@@ -27,7 +27,7 @@ def test_findings_of_one_kind_are_one_line_that_names_where_else():
 
 
 def test_what_looks_wrong_is_mended_before_anything_is_compared():
-    assert next_steps(replace(GOOD, oddities=(odd("run0"),)), "tank") == "mend what is named above, then nnhydro check tank"
+    assert next_steps(replace(GOOD, oddities=(odd("run0"),)), "tank") == "correct what is named above, then nnhydro check tank"
     assert next_steps(replace(GOOD, oddities=(odd("run0", "note"),)), "tank") == "nnhydro benchmark tank --out compared"
     assert next_steps(replace(GOOD, oddities=(), entries=GOOD.entries[:1]), "tank").startswith("nnhydro identify tank")
 

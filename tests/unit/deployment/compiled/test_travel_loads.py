@@ -32,7 +32,7 @@ def loops(monkeypatch):
 
 
 def few(travel):
-    """The same terms on two strips a link: enough, and quick."""
+    """The same terms on two strips per link: enough, and quick."""
     return TravelLoads(travel.arm, [replace(term, per_link=3) for term in travel.terms])
 
 

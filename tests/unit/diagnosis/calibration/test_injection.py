@@ -36,7 +36,7 @@ def of(monkeypatch):
     made = design(61, groups=6, rows=40, noise=3.0)
     made.tau = made.y + 7.0  # of which the baseline holds 7 at z = 0
     X = {PLAIN: np.random.default_rng(62).standard_normal((*made.y.shape, 1))}
-    X[PHASED] = np.stack([[1.0, 0.0] + 0 * made.y, [0.0, 1.0] + 0 * made.y], axis=2)  # a value a joint
+    X[PHASED] = np.stack([[1.0, 0.0] + 0 * made.y, [0.0, 1.0] + 0 * made.y], axis=2)  # one value per joint
     made.columns = lambda hypotheses, model: np.concatenate([X[h] for h in hypotheses], axis=2)
     made.baseline, made.X = None, X
     return made

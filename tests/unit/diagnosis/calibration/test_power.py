@@ -116,7 +116,7 @@ def test_more_noise_asks_for_a_larger_size(small, tmp_path):
 def test_no_size_is_stated_that_moves_the_torque_too_little_to_be_claimed(small):
     """A friction of joint 2 would show from less on: its size is that at which it makes FORM of the energy of the noise."""
     found, mine = small[1], row(small[1], "coulomb_friction", 2)
-    noise = np.sqrt(found.noise.v.sum(axis=0) / found.design.time) / found.design.scale
+    noise = np.sqrt(found.noise.v.sum(axis=0) / found.design.duration) / found.design.scale
     assert np.sqrt(FORM) * noise.min() < mine.size / found.design.scale[1] < RELEVANT
     assert mine.strength > 10
 

@@ -12,7 +12,7 @@ from problems import design, law, search, unknown
 from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, LEAVES, NULL_DRAWS, NULL_QUANTILE, PRECISE, RELEVANT
 from nnhydro.diagnosis.decision import decide as deciding
 from nnhydro.diagnosis.decision.decide import Claims, Decision, decide, gain_on_unseen, torque_shares, withdraw_useless
-from nnhydro.diagnosis.decision.heldout_errors import Proof
+from nnhydro.diagnosis.decision.heldout_errors import HeldoutErrors
 from nnhydro.diagnosis.decision.null_draws import null_gains, null_threshold
 from nnhydro.diagnosis.problem.activity import ActivityWindow
 
@@ -93,7 +93,7 @@ def test_what_was_left_out_as_the_form_of_another_comes_back_when_that_is_useles
     one = with_planted([0.5, -0.4])
     monkeypatch.setattr(deciding, "form_bars", lambda search, now, rests: [1e9 if k == 1 and 0 in now.chosen else 0.0 for k in now.chosen])
     errors = {(): 1.0, (0,): 1.1, (1,): 0.5}
-    monkeypatch.setattr(deciding, "prove", lambda search, found, model, seed: Proof(
+    monkeypatch.setattr(deciding, "measure_errors", lambda search, found, model, seed: HeldoutErrors(
         1.0, errors[found.chosen], {search.key(k): 1.0 for k in found.chosen}, [], [], 1.0, 6))
     decided = decide(one, one.run(), 0)
     assert decided.claimed.chosen == (0,)
@@ -106,12 +106,12 @@ def test_a_claim_that_is_improbable_beside_what_is_left_leaves_with_the_one_that
     one = with_planted([0.5, -0.4])
     monkeypatch.setattr(deciding, "listed_probability", lambda search, found, k: 0.006 if found.chosen == (1,) else 1.0)
     errors = {(): 1.0, (0,): 0.9, (1,): 0.5, (0, 1): 0.5}
-    monkeypatch.setattr(deciding, "prove", lambda search, found, model, seed: Proof(
+    monkeypatch.setattr(deciding, "measure_errors", lambda search, found, model, seed: HeldoutErrors(
         1.0, errors[found.chosen], {search.key(k): errors[tuple(x for x in found.chosen if x != k)] for k in found.chosen}, [], [], 1.0, 6))
     decided = decide(one, one.run(), 0)
     assert decided.claimed.chosen == (0, 1)
-    claims, proof = withdraw_useless(one, decided, None, 0)
-    assert (claims.claimed.chosen, proof.after) == ((), 1.0)
+    claims, heldout = withdraw_useless(one, decided, None, 0)
+    assert (claims.claimed.chosen, heldout.after) == ((), 1.0)
     reasons = {d.effect: d.reason for d in claims.decisions if not d.claimed}
     assert "hardly falls" in reasons["law_0"]
     assert "a cause outside the catalogue is more probable" in reasons["law_1"]
@@ -316,16 +316,16 @@ def left_of(errors, monkeypatch):
     of = design(0, groups=6, rows=20)
     one = search(of, THREE, np.random.default_rng(1).standard_normal((*of.y.shape, 3)))
 
-    def prove(search, found, model, seed):
+    def measure_errors(search, found, model, seed):
         rest = {search.key(k): errors[tuple(x for x in found.chosen if x != k)] for k in found.chosen}
-        return SimpleNamespace(before=errors[()], after=errors[found.chosen], without=rest, held_out="recordings")
+        return SimpleNamespace(before=errors[()], after=errors[found.chosen], without=rest, unit="recordings")
 
-    monkeypatch.setattr(deciding, "prove", prove)
+    monkeypatch.setattr(deciding, "measure_errors", measure_errors)
     claim_all(monkeypatch)
     made = tuple(Decision(f"law_{k}", 0, 9.0, 3.0, True, "gains 9 nats") for k in range(3))
-    claims, proof = withdraw_useless(one, Claims(one.score((0, 1, 2)), made, dict.fromkeys(range(3), 0.1)), None, 0)
+    claims, heldout = withdraw_useless(one, Claims(one.score((0, 1, 2)), made, dict.fromkeys(range(3), 0.1)), None, 0)
     assert {d.effect for d in claims.decisions if d.claimed} == {f"law_{k}" for k in claims.claimed.chosen}
-    assert proof.after == errors[claims.claimed.chosen]
+    assert heldout.after == errors[claims.claimed.chosen]
     return claims.claimed.chosen
 
 
@@ -358,8 +358,8 @@ def test_a_claim_that_lowers_no_error_stays_where_only_without_it_the_masses_are
     of = design(0, planted=size * Y[..., 0] + other * Y[..., 1])
     one = search(of, (law("payload"),), 30 * Y[..., :1])
     key = one.key(0)
-    monkeypatch.setattr(deciding, "prove", lambda search, found, model, seed: SimpleNamespace(
-        before=0.1, after=0.1, without={key: 0.1} if found.chosen else {}, held_out="recordings"))
+    monkeypatch.setattr(deciding, "measure_errors", lambda search, found, model, seed: SimpleNamespace(
+        before=0.1, after=0.1, without={key: 0.1} if found.chosen else {}, unit="recordings"))
     made = Claims(one.score((0,)), (Decision(*key, 9.0, 3.0, True, "gains 9 nats"),), {0: 0.1})
     claims, _ = withdraw_useless(one, made, None, 0)
     assert claims.claimed.chosen == ((0,) if stays else ())
@@ -409,14 +409,14 @@ def test_what_wanders_stays_if_it_fits_and_is_predicted_by_nobody(card, fitted, 
     one = search(of, (law("friction"), law("other", **card)), np.random.default_rng(1).standard_normal((*of.y.shape, 2)))
     errors = {(): 0.5, (0,): 0.2, (1,): 0.45, (0, 1): 0.25}
 
-    def prove(search, found, model, seed):
+    def measure_errors(search, found, model, seed):
         rest = {search.key(k): errors[tuple(x for x in found.chosen if x != k)] for k in found.chosen}
-        return Proof(errors[()], errors[found.chosen], rest, [], [], 1.0, 6)
+        return HeldoutErrors(errors[()], errors[found.chosen], rest, [], [], 1.0, 6)
 
-    monkeypatch.setattr(deciding, "prove", prove)
+    monkeypatch.setattr(deciding, "measure_errors", measure_errors)
     claim_all(monkeypatch)
-    monkeypatch.setattr(deciding, "fitted_error", lambda search, found, proof: fitted if found.chosen == (0, 1) else 0.2)
+    monkeypatch.setattr(deciding, "fitted_error", lambda search, found, heldout: fitted if found.chosen == (0, 1) else 0.2)
     made = Claims(one.score((0, 1)), tuple(Decision(*one.key(k), 9.0, 3.0, True, "gains 9 nats") for k in range(2)), {0: 0.1, 1: 0.1})
-    claims, proof = withdraw_useless(one, made, None, 0)
-    assert (claims.claimed.chosen, proof.after) == (stay, 0.2)
-    assert proof.without == {one.key(k): (0.5, 0.2)[k] for k in stay}
+    claims, heldout = withdraw_useless(one, made, None, 0)
+    assert (claims.claimed.chosen, heldout.after) == (stay, 0.2)
+    assert heldout.without == {one.key(k): (0.5, 0.2)[k] for k in stay}

@@ -24,8 +24,8 @@ def test_stated_limits_replace_what_the_rig_has_shown_and_the_rest_stays(tmp_pat
     ("dq_rads: 3\n", "unknown key 'dq_rads': did you mean 'dq_rad_s'"),
     ("q_rad: [[-1, 1]]\n", "limits.yaml: q_rad has 1 range for an arm of 2 joints: give one"),
     ("q_rad: [[1, -1], [0, 1]]\n", "the lower angle first"),
-    ("tau_Nm: [1, 2, 3]\n", "limits.yaml: tau_Nm lists 3 numbers for an arm of 2 joints: list one a joint"),
-    ("dq_rad_s: [1]\n", "limits.yaml: dq_rad_s lists 1 number for an arm of 2 joints: list one a joint, or give one number"),
+    ("tau_Nm: [1, 2, 3]\n", "limits.yaml: tau_Nm lists 3 numbers for an arm of 2 joints: list one per joint"),
+    ("dq_rad_s: [1]\n", "limits.yaml: dq_rad_s lists 1 number for an arm of 2 joints: list one per joint, or give one number"),
     ("dq_rad_s: fast\n", "limits.yaml: dq_rad_s: must be a number, got 'fast'"),
     ("dq_rad_s: [1, -1]\n", "dq_rad_s[1]: must be at least 0")])
 def test_limits_that_do_not_fit_are_refused_in_one_line(tmp_path, text, line):

@@ -1,4 +1,4 @@
-"""The tables of a finding: a row a parameter, a row a rival, whatever acts on the whole arm in words."""
+"""The tables of a finding: one row per parameter, a row a rival, whatever acts on the whole arm in words."""
 
 from nnhydro.diagnosis.findings.sheets import parameters_sheet, rivals_sheet
 

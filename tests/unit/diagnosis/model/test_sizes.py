@@ -21,7 +21,7 @@ def orthonormal(level, seed=0, rows=40):
     Q = np.linalg.qr(rng.standard_normal((rows, M)))[0]
     b = level * rng.choice([-1.0, 1.0], M) * np.sqrt(np.linspace(0.5, 1.5, M))
     of = SimpleNamespace(Y=np.zeros((rows, 1, 0)), y=(Q @ b)[:, None], problem=SimpleNamespace(group_of=np.zeros(rows, int)),
-                         scale=np.ones(1), time=float(rows))
+                         scale=np.ones(1), duration=float(rows))
     return WhiteRows(of, Unknown(Q, np.ones(M), np.zeros(M, int), ("all",)), np.ones((rows, 1))), b
 
 

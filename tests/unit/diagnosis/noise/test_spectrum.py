@@ -216,7 +216,7 @@ def test_the_level_of_the_noise_is_that_which_was_added(name):
         spectrum = np.abs(np.fft.rfft(dirty.tau[:, 0] - clean.tau[:, 0])) ** 2 / len(dirty.tau) * 2 / len(dirty.tau)
         f = np.fft.rfftfreq(len(dirty.tau), 0.01)
         added.append(spectrum[f <= of.problem.edge].sum())
-    assert np.sqrt(noise.noise_variance.sum() / of.time) == pytest.approx(np.sqrt(np.mean(added)), rel=0.3)
+    assert np.sqrt(noise.noise_variance.sum() / of.duration) == pytest.approx(np.sqrt(np.mean(added)), rel=0.3)
 
 
 def test_coloured_noise_falls_with_frequency_and_white_noise_does_not():

@@ -83,7 +83,7 @@ def test_of_a_free_arm_an_effect_may_be_as_large_as_the_drag_that_takes_its_plac
         moving, resting = (Flow(design.problem.arm, m) for m in (motion, still))
         return sum(best[name].torque(moving) - best[name].torque(resting) for name in ("normal_drag", "added_mass")).numpy()
 
-    alone = np.sqrt((design.rows(by_rates) ** 2).sum(axis=0) / design.time)
+    alone = np.sqrt((design.rows(by_rates) ** 2).sum(axis=0) / design.duration)
     np.testing.assert_allclose(design.resistance, alone, rtol=0.02, err_msg="of one link only what the water does depends on rates")
     assert (design.scale >= design.resistance).all()
 
@@ -93,8 +93,8 @@ def test_of_a_free_arm_an_effect_may_be_as_large_as_the_drag_that_takes_its_plac
     ([1e-4, 2.0], FORM**0.5 * 1e-4 / 3.0),  # a tenth of the energy that remains at the quieter joint
 ])
 def test_a_claim_moves_three_thousandths_of_the_torque_or_a_tenth_of_the_energy_that_remains(left, share):
-    design = SimpleNamespace(time=20.0, scale=np.array([3.0, 4.0]))
-    squares = np.tile(np.square(left) * design.time / 50, (50, 1))
+    design = SimpleNamespace(duration=20.0, scale=np.array([3.0, 4.0]))
+    squares = np.tile(np.square(left) * design.duration / 50, (50, 1))
     assert relevant_share(design, squares) == pytest.approx(share)
 
 

@@ -73,7 +73,7 @@ def test_a_machine_that_coasts_has_the_inertia_that_is_stated_and_laws_as_they_a
     left = design.columns(rotor, design.baseline.at(np.zeros(design.Y.shape[2])))
     assert np.abs(left).max() < 0.05 * np.abs(design.largest_part).max(), "no torque tells one inertia from another"
     part = design.part_rms
-    inertia = np.sqrt((design.rows(lambda s: 10.0 * s.segment.qdd) ** 2).sum(axis=0) / design.time)
+    inertia = np.sqrt((design.rows(lambda s: 10.0 * s.segment.qdd) ** 2).sum(axis=0) / design.duration)
     np.testing.assert_allclose(part[:, 1], inertia, rtol=0.02, err_msg="of which the drag, as large in free motion, is no part")
 
 

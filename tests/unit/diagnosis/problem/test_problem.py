@@ -82,7 +82,7 @@ def test_rows_do_not_depend_on_the_sampling_rate(rate):
     def excess(at):
         problem = problem_of(logged(at), edge=2.0)
         design = design_of(problem, baseline_of("rigid", ARM, problem.units(), Preparation(LowPass(2.0))))
-        return design.scale, (design.tau**2).sum() / design.time, (design.excess**2).sum() / design.time, len(problem.blocks)
+        return design.scale, (design.tau**2).sum() / design.duration, (design.excess**2).sum() / design.duration, len(problem.blocks)
 
     for got, want in zip(excess(rate), excess(100.0), strict=True):
         assert got == pytest.approx(want, rel=0.03)

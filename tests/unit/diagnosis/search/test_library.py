@@ -48,7 +48,7 @@ def of_columns(X, laws):
 def test_a_value_of_one_makes_the_torque_s_rms_at_the_joint_where_a_law_weighs_most():
     X = np.random.default_rng(0).standard_normal((60, 2, 2)) * [[3.0, 40.0], [1.0, 500.0]]
     made = of_columns(X, (law("a"), law("b")))
-    rms = np.sqrt((made.parts[0] ** 2).sum(axis=0) / made.design.time) / made.design.scale[:, None]
+    rms = np.sqrt((made.parts[0] ** 2).sum(axis=0) / made.design.duration) / made.design.scale[:, None]
     np.testing.assert_allclose(rms.max(axis=0), 1.0)
     np.testing.assert_allclose(made.parts[0], X * made.scale, err_msg="the scale turns values of the effect into shares")
 

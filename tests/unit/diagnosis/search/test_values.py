@@ -107,7 +107,7 @@ def test_an_error_of_the_baseline_s_form_widens_where_noise_tells_nothing():
 def test_an_unknown_of_unit_share_makes_each_joint_s_torque_all_groups_as_much():
     white = with_values(0.0).whitened
     T = white.unknown_of_unit_share.reshape(white.joints, white.m)
-    energy = T**2 * (white.unknown.Phi**2).sum(axis=0) / white.design.time
+    energy = T**2 * (white.unknown.Phi**2).sum(axis=0) / white.design.duration
     for j in range(white.joints):
         shares = np.bincount(white.unknown.group, energy[j])
         np.testing.assert_allclose(shares, white.design.scale[j]**2 / len(shares))

@@ -86,7 +86,7 @@ def test_waves_that_differ_are_told_with_the_frequency_of_each_recording():
     assert finding.effect == "wave_orbital"
     assert "0.53 to 1.22 Hz, another in each recording," in finding.statement
     assert told.by_recording == pytest.approx({f"held{k}": f for k, f in enumerate(OTHER_WAVES)}, abs=5e-4)
-    assert diagnosed("held in other waves").proof.after < 0.1
+    assert diagnosed("held in other waves").heldout.after < 0.1
 
 
 def test_a_line_that_is_a_third_of_the_resolution_off_is_moved_to_its_peak():

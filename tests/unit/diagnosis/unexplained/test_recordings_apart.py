@@ -14,7 +14,7 @@ from nnhydro.errors import RecordingError
 NAMES = tuple(f"run{k}" for k in range(8))
 
 
-def proof(sizes):
+def heldout(sizes):
     """What remains in each recording, of one joint and of these rms."""
     return SimpleNamespace(remains=[Residual(name, np.full((50, 1), size), {}, 0.01) for name, size in zip(NAMES, sizes, strict=True)])
 
@@ -24,33 +24,33 @@ def rest(loud, detected=True, differ=False):
 
 
 def test_few_recordings_with_most_of_the_remaining_energy_stand_apart():
-    loud = proof([5.0, 1, 1, 1, 1, 1, 1, 1])
+    loud = heldout([5.0, 1, 1, 1, 1, 1, 1, 1])
     assert recordings_apart(rest(["run0"]), loud, NAMES) == {"run0"}
     assert not recordings_apart(rest(["run0"], detected=False), loud, NAMES), "nothing remains"
     assert not recordings_apart(rest(["run0"], differ=True), loud, NAMES), "a cause that varies between recordings is no fault of a few"
-    assert not recordings_apart(rest(["run0"]), proof([2.0, 1, 1, 1, 1, 1, 1, 1]), NAMES), "less than half of the energy"
-    assert not recordings_apart(rest(NAMES[:3]), proof([5.0, 5, 5, 1, 1, 1, 1, 1]), NAMES), "more than a quarter of the recordings"
+    assert not recordings_apart(rest(["run0"]), heldout([2.0, 1, 1, 1, 1, 1, 1, 1]), NAMES), "less than half of the energy"
+    assert not recordings_apart(rest(NAMES[:3]), heldout([5.0, 5, 5, 1, 1, 1, 1, 1]), NAMES), "more than a quarter of the recordings"
     assert not recordings_apart(rest(["run0"]), loud, NAMES[:3]), "too few others"
 
 
 def test_only_the_other_recordings_are_compared():
-    before = proof([5.0, 1, 1, 1, 1, 1, 1, 1])
-    assert leaves_less(before, proof([9.0, *[0.5] * 7]), {"run0"})
-    assert not leaves_less(before, proof([0.0, *[0.99] * 7]), {"run0"})
+    before = heldout([5.0, 1, 1, 1, 1, 1, 1, 1])
+    assert leaves_less(before, heldout([9.0, *[0.5] * 7]), {"run0"})
+    assert not leaves_less(before, heldout([0.0, *[0.99] * 7]), {"run0"})
 
 
 def decided(remains, chosen, detected):
     """What was decided on some recordings: `remains`, and the members `chosen`."""
-    return SimpleNamespace(rest=rest(["run0"], detected), proof=remains,
+    return SimpleNamespace(rest=rest(["run0"], detected), heldout=remains,
                            found=SimpleNamespace(decided=SimpleNamespace(claimed=SimpleNamespace(chosen=chosen))))
 
 
-WHOLE = decided(proof([5.0, *[1.0] * 7]), (), True)
+WHOLE = decided(heldout([5.0, *[1.0] * 7]), (), True)
 
 
 @pytest.mark.parametrize(("after", "chosen", "better"), [(0.2, (3,), True), (0.2, (), False), (0.99, (3,), False)])
 def test_the_others_are_judged_alone_where_that_names_effects_that_leave_less_of_them(monkeypatch, after, chosen, better):
-    others, asked = decided(proof([0.0, *[after] * 7]), chosen, False), []
+    others, asked = decided(heldout([0.0, *[after] * 7]), chosen, False), []
     monkeypatch.setattr(diagnosis, "_decide_on", lambda campaign, names, *options: asked.append(names) or others)
     found, checks = diagnosis.DiagnosisOptions()._without_few(None, NAMES, WHOLE, lambda line: None)
     assert asked == [NAMES[1:]]

@@ -48,7 +48,7 @@ def test_the_share_of_the_unknown_is_its_rms_over_that_of_the_torque_less_what_t
     white = one.whitened
     u = white.unknown.Phi @ fit.mean[white.p + white.m:white.p + 2 * white.m]
     u -= of.Y[:, 1] @ np.linalg.pinv(of.Y[:, 1]) @ u
-    assert unknown_parts(one, one.score(()))[1].share == pytest.approx(np.sqrt((u**2).sum() / of.time) / of.scale[1])
+    assert unknown_parts(one, one.score(()))[1].share == pytest.approx(np.sqrt((u**2).sum() / of.duration) / of.scale[1])
 
 
 def test_where_nothing_is_driven_the_unknown_is_a_share_of_the_weight():

@@ -72,5 +72,5 @@ def test_nothing_leaves_its_bounds_and_nothing_grows_without_excitation():
     for _ in range(300):
         fit.update([0.1, 0.2], [0.0, 0.0], [0.0, 0.0], [0.0, 0.0], dt=0.01)
     assert all(c.std <= 0.5 + 1e-12 for c in fit.coefficients)
-    with pytest.raises(ConfigError, match="no linear term"):
+    with pytest.raises(ConfigError, match="not a linear term"):
         RecursiveFit(theory(a, planted(a)), ["drag"])

@@ -15,7 +15,7 @@ from nnhydro.physics.travel.term import strip_columns, unit_drag
 
 def test_a_number_of_ordinates_that_fits_no_arm_is_refused():
     loads = state_loads(arm(3), curve_per_link=True)
-    with pytest.raises(ModelError, match="give 1, or 2, one a link"):
+    with pytest.raises(ModelError, match="give 1, or 2, one per link"):
         loads.terms["state_drag"].torque(Flow(arm(2), run(2)))
 
 

@@ -370,7 +370,7 @@ def test_a_torque_held_in_a_whole_recording_is_a_command_until_the_user_says_oth
 
     oddity = next(o for o in survey(campaign(held)).oddities if o.check == "stuck_torque")
     assert oddity.severity == "note"
-    assert "drive was told" in oddity.message
+    assert "command to the drive" in oddity.message
 
 
 @pytest.mark.parametrize(("after", "said"), [(0.25, False), (0.5, True)], ids=["by one of its steps", "by more"])

@@ -44,7 +44,7 @@ def test_a_coarse_encoder_costs_few_per_cent_at_the_cutoff_that_the_data_choose(
 def test_rows_at_random_times_take_nothing_from_the_torque(scatter: float):
     dt, random = 0.02, np.random.default_rng(3)
     t = dt * (np.arange(1500) + random.uniform(-scatter, scatter, 1500))
-    wave = np.column_stack([np.sin(2 * np.pi * f * t) for f in (1.0, 3.0)])  # 50 and 17 rows a period
+    wave = np.column_stack([np.sin(2 * np.pi * f * t) for f in (1.0, 3.0)])  # 50 and 17 rows per period
     even = resample(Recording("run", t, wave, wave), 0, len(t))
     truth = np.column_stack([np.sin(2 * np.pi * f * even.t) for f in (1.0, 3.0)])
     inner = slice(10, -10)

@@ -48,7 +48,7 @@ def test_a_law_is_drawn_of_each_joint_where_something_real_without_a_name_is_lef
     def told(detected=True, real=True, dt=0.01):
         remains = [Residual(part.recording, part.r, part.state, dt) for part in parts()]
         learned = [SimpleNamespace(joint=1, depends_on=("q1_rad",), real=real), SimpleNamespace(joint=2, depends_on=(), real=True)]
-        return SimpleNamespace(proof=SimpleNamespace(remains=remains), remainder=SimpleNamespace(detected=detected, learned=learned))
+        return SimpleNamespace(heldout=SimpleNamespace(remains=remains), remainder=SimpleNamespace(detected=detected, learned=learned))
 
     assert [law.joint for law in unknown_laws(told())] == [1]
     assert unknown_laws(told(detected=False)) == unknown_laws(told(real=False)) == unknown_laws(told(dt=0.0)) == []

@@ -21,9 +21,9 @@ def test_one_number_serves_all_joints_and_as_many_as_joints_serve_each():
 
 
 def test_any_other_count_is_refused_with_what_was_asked():
-    with pytest.raises(ConfigError, match=r"sensors.bias: 2 numbers for an arm of 3 joint\(s\): give one, or one a joint"):
+    with pytest.raises(ConfigError, match=r"sensors.bias: 2 numbers for an arm of 3 joint\(s\): give one, or one per joint"):
         spread((1.0, 2.0), 3, "sensors.bias")
-    with pytest.raises(ConfigError, match=r"give one a joint$"):
+    with pytest.raises(ConfigError, match=r"give one per joint$"):
         one_each((1.0,), 2, "q_rad")
 
 
