@@ -67,18 +67,15 @@ class Design:
         return made
 
     def columns(self, hypotheses: Sequence[Hypothesis], model: StripTheory, predicted: bool = False) -> Array:
-        """Return the columns (n, joints, K) of `hypotheses`, instruments at the reading of `model`.
-
-        Where nothing is driven: X - a M, a the share of the model's largest part in X, M the model's torque (see free_machines).
-        """
+        """Return the columns (n, joints, K) of `hypotheses`, instruments at the reading of `model`; of free machines X - a M."""
         made = self.rows(lambda stretch: columns_on(hypotheses, model, stretch, predicted))
         return made - (self.tau - self.y)[..., None] * self.shares_of_model(hypotheses, model) if self.undriven else made
 
     def shares_of_model(self, hypotheses: Sequence[Hypothesis], model: StripTheory | None = None) -> Array:
         """Return how much of the model's largest part the columns of `hypotheses` hold, (K,); 0 where the machine is driven.
 
-        Where that is the weight, it counts what they hold at rest: laws of rates or accelerations resemble the weight where nothing
-        is driven, but do not lift it. Where it is the inertia, what depends on accelerations counts.
+        Of the weight, it counts what they hold at rest: laws of rates or accelerations resemble it, but do not lift it. Of the inertia,
+        it counts what depends on accelerations.
         """
         if not self.undriven:
             return np.zeros(sum(hypothesis.width for hypothesis in hypotheses))
