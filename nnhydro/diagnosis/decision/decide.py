@@ -132,12 +132,9 @@ def decide(search: Search, best: ScoredSet, seed: int, as_form: frozenset[int] =
         rival = (best, exact | {worst}) if fallen else None
     else:
         made = decide(search, search.score(sorted({*rests[worst].chosen, *as_form})), seed, frozenset(), exact, known)
-        sharing = _sharing(search, best, worst)
-        if judged[worst].reason == IMPROBABLE:
-            sharing = {m for m in sharing if search.gain(rests[m], best) < search.gain(rests[worst], best)}
-        else:
-            sharing = sharing - {*made.claimed.chosen} if search.gain(rests[worst], best) <= chance else set()
-        rival = (search.score(best.without(*sharing)), exact) if sharing else None
+        improbable, weak = judged[worst].reason == IMPROBABLE, search.gain(rests[worst], best) <= chance
+        instead = _members_instead(search, best, worst, improbable, made) if improbable or weak else set()
+        rival = (search.score(best.without(*instead)), exact) if instead else None
     if rival:
         other = decide(search, rival[0], seed, as_form, rival[1], known)
         made = other if worst in other.claimed.chosen and other.claimed.score > made.claimed.score else made
@@ -148,14 +145,19 @@ def decide(search: Search, best: ScoredSet, seed: int, as_form: frozenset[int] =
     return known[place]
 
 
-def _sharing(search: Search, now: ScoredSet, k: int) -> set[int]:
-    """Return the members that gain more without member `k`: they explain a part of what it does."""
+def _members_instead(search: Search, now: ScoredSet, k: int, improbable: bool, made: Claims) -> set[int]:
+    """Return the members without which the failed member `k` is judged again. They gain more without it: they share what it explains.
+
+    Of an `improbable` member, these are the members that gain less; of one that gains too little, those that fail in their turn: that
+    are not among the claims `made` without it.
+    """
     def gain(m: int, found: ScoredSet) -> float:
         """Return the gain of member `m` of a set."""
         return search.gain(search.score(found.without(m)), found)
 
     rest = search.score(now.without(k))
-    return {m for m in rest.chosen if gain(m, rest) > gain(m, now) + LEAST_GAIN}
+    sharing = {m for m in rest.chosen if gain(m, rest) > gain(m, now) + LEAST_GAIN}
+    return {m for m in sharing if gain(m, now) < gain(k, now)} if improbable else sharing - {*made.claimed.chosen}
 
 
 def gain_on_unseen(by_fold: Array) -> float:
