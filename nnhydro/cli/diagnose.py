@@ -95,6 +95,8 @@ def next_steps(result: "DiagnosisResult", out: Path, campaign: Path, column_map:
     if not result.detected and not result.findings and result.noise_floor > MOST_LEFT:
         return f"nnhydro power {folder}   (what these motions could reveal)"
     if result.detected and (result.remainder.detected or not result.findings):
+        if not result.heldout.driven:
+            return f"open {out / 'report.html'}: it shows where the residual lies   (without a torque no model can be trained)"
         return (f"nnhydro train {folder} --out my_model   (a hybrid learns what has no name; {out / 'report.html'} shows where it lies; "
                 f"baseline = '{out / 'model'}' in its --config keeps what was found)")
     return use_of(out / "model", campaign, column_map)

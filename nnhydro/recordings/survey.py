@@ -13,6 +13,7 @@ from nnhydro.recordings.checks import CHECKS
 from nnhydro.recordings.checks.jitter import jitter
 from nnhydro.recordings.checks.oddity import ArmCheck, CampaignCheck, Oddity, RecordingCheck, TableCheck, for_some, merge_kinds
 from nnhydro.recordings.checks.reading import Reading
+from nnhydro.recordings.checks.stuck_channels import FREE
 from nnhydro.recordings.filtering.preprocessing import Preparation
 from nnhydro.recordings.recording import Recording, SteadyTable
 from nnhydro.recordings.repeats import NoiseFloor, noise_floor
@@ -65,6 +66,11 @@ class Survey:
     floor: NoiseFloor | None
     links: tuple[LinkFacts, ...]
     sliding: bool = False  # a linear axis: m and N
+
+    @property
+    def undriven(self) -> bool:
+        """Whether no recording has a torque: a free pendulum, a rolling ship."""
+        return bool(self.entries) and sum(FREE in oddity.what for oddity in self.oddities) == len(self.entries)
 
     @property
     def errors(self) -> tuple[Oddity, ...]:

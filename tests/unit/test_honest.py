@@ -75,17 +75,18 @@ def test_check_sends_to_what_the_result_asks_for(tmp_path, capsys):
         assert f"Next: {command}" in capsys.readouterr().out
 
 
-def diagnosed(named=0, detected=True, floor=0.01, chance=None, remains=False):
+def diagnosed(named=0, detected=True, floor=0.01, chance=None, remains=False, driven=True):
     """What the end of a diagnosis looks at."""
     proposal = None if chance is None else SimpleNamespace(chance=chance)
     return SimpleNamespace(findings=[None] * named, detected=detected, noise_floor=floor, following=proposal,
-                           remainder=SimpleNamespace(detected=remains))
+                           remainder=SimpleNamespace(detected=remains), heldout=SimpleNamespace(driven=driven))
 
 
 @pytest.mark.parametrize(("result", "words"), [
     (diagnosed(1), "nnhydro gains 'my diagnosis/model'"), (diagnosed(0, False), "nnhydro gains 'my diagnosis/model'"),
     (diagnosed(1, remains=True), "nnhydro train c --out my_model"),
     (diagnosed(0), "nnhydro train c --out my_model   (a hybrid learns what has no name"),
+    (diagnosed(1, remains=True, driven=False), "open my diagnosis/report.html"),
     (diagnosed(0, False, 0.5), "nnhydro power c   (what these motions could reveal)"),
     (diagnosed(1, chance=0.9), "record the motion in my diagnosis/next_experiment.csv"),
     (diagnosed(1, chance=0.01), "nnhydro gains 'my diagnosis/model'")])

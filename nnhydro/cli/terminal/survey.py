@@ -61,6 +61,8 @@ def next_steps(found: Survey, campaign: str) -> str:
     """Return what comes next: mending what looks wrong, else a comparison of models, else a fit where nothing can be held out."""
     if any(oddity.severity in ("error", "warning") for oddity in found.oddities):
         return f"correct what is named above, then nnhydro check {campaign}"
+    if found.undriven:
+        return f"nnhydro diagnose {campaign} --out diagnosis   (without a torque no model can be trained or compared)"
     if nothing_to_hold_out(len(found.entries), len(found.tables)):
         return f"nnhydro identify {campaign} --out my_model   (one recording: nothing can be held out)"
     return f"nnhydro benchmark {campaign} --out compared"

@@ -24,6 +24,7 @@ from nnhydro.models.strip_theory import StripTheory
 from nnhydro.recordings.segment import Segment
 
 Array = NDArray[np.float64]
+MEASURED = "measured torque"  # what errors are divided by, unless nothing drives the machine
 
 
 @final
@@ -49,9 +50,14 @@ class HeldoutErrors:
     remains: list[Residual]
     torque: float  # mean of what errors are divided by, N m
     recordings: int
-    scale: str = "measured torque"
+    scale: str = MEASURED
     unit: str = "recordings"  # what was held out: stretches where recordings are few, rows of steady tables
     as_given: float | None = None  # error of a simulation beside which nothing is recalibrated; physics of ours has none
+
+    @property
+    def driven(self) -> bool:
+        """Whether a torque was measured."""
+        return self.scale == MEASURED
 
 
 def states(segment: Segment) -> dict[str, Array]:
@@ -126,7 +132,7 @@ def measure_errors(search: Search, found: ScoredSet, model: StripTheory, seed: i
     if design.undriven:
         divisor, scale = float(design.part_scale.sum() * count), "weight" if design.heavy else "inertia"
     else:
-        divisor, scale = float(sum(np.abs(x).sum() for x in _in_time(design, design.tau))), "measured torque"
+        divisor, scale = float(sum(np.abs(x).sum() for x in _in_time(design, design.tau))), MEASURED
     rests = {k: found.without(k) for k in found.chosen}
     without = {search.key(k): error(remains(search.score(rest)) if rest else before) for k, rest in rests.items()}
     given = None if design.baseline.is_physics else error(_in_time(design, design.y))

@@ -31,7 +31,7 @@ class TipDrag(LoadEffect):
     source = ("linear and quadratic drag after Fossen: Gazebo Sim, Hydrodynamics, "
               "https://gazebosim.org/api/sim/9/classgz_1_1sim_1_1systems_1_1Hydrodynamics.html; alike in all directions is ours")
     signature = Signature(
-        depends_on=("q", "qd", "u0"), parity="odd", region="fast motion of the tip, lengthwise too",
+        depends_on=("qd", "q", "u0"), parity="odd", region="fast motion of the tip, lengthwise too",
         excited_by="turning the outer joint alone, and towing with the outer link lengthwise",
         mistaken_for=("axial_drag", "drag_form", "reynolds_drag", "wall_proximity"),
     )

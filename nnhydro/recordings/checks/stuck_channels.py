@@ -10,6 +10,7 @@ from nnhydro.recordings.checks.reading import MOVED, Array, Reading, quantum, ro
 
 FROZEN = 0.1  # s
 FROZEN_ROWS = 10
+FREE = "nothing drives this machine"
 STOP = 5  # rows over which a speed is taken
 JUMP = 5.0  # times the largest step elsewhere
 
@@ -85,7 +86,7 @@ class StuckTorque(RecordingCheck):
         if tau is None:
             return
         if not np.nan_to_num(tau, nan=1.0).any():
-            yield Oddity(reading.name, "note", "", "all torques are exactly 0 N m: nothing drives this machine",
+            yield Oddity(reading.name, "note", "", f"all torques are exactly 0 N m: {FREE}",
                          "if something does, the torque channel is dead or not updated: leave its cells empty or record again")
             return
         for joint in range(reading.arm.n_links):

@@ -95,7 +95,7 @@ def diagnosis_figures(result: DiagnosisResult, traces: Sequence[Trace], maps: Se
     for trace in by_change(traces):
         stem = out / ("torque_steady" if trace.segment.steady else "torque_history")
         if not stem.with_suffix(".png").exists():  # the first of its kind is where the correction helps most
-            labels = {name: f"{name} ({100 * trace.error(name):.1f} %)" for name in models}
+            labels = {name: f"{name} ({trace.error_text(name)})" for name in models}
             paths += save_figure(torque_file(trace, labels, trace.recording), stem)
     if maps:
         paths += map_figure(maps, out / "residual_map")

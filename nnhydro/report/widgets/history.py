@@ -31,7 +31,7 @@ class History:
     recording: str
     label: str
     drawing: Markup
-    errors: Mapping[str, float]
+    errors: Mapping[str, str]
     steady: bool
 
 
@@ -69,5 +69,5 @@ def histories(traces: Sequence[Trace], styles: Mapping[str, int], first: Sequenc
             title = f"Measured and modelled torques of {label}{'' if segment.steady else ' against time'}, residuals below"
             drawing = page_figure(figure, title, "history steady" if segment.steady else "history", data_panels=_scales(figure),
                                   tabindex=None if segment.steady else 0)
-            made.append(History(name, label, drawing, {model: trace.error(model) for model in styles}, segment.steady))
+            made.append(History(name, label, drawing, {model: trace.error_text(model) for model in styles}, segment.steady))
     return made

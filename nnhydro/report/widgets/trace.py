@@ -45,6 +45,13 @@ class Trace:
         keep = self.segment.keep
         return Misfit.of(self.tau[keep], self.models[model][keep]).error
 
+    def error_text(self, model: str) -> str:
+        """Return the error in percent; where no torque was measured, as of a free machine, the mean |residual| in N m (N)."""
+        keep = self.segment.keep
+        if self.tau[keep].any():
+            return f"{100 * self.error(model):.1f} %"
+        return f"{np.abs(self.residual(model)[keep]).mean():.2g} {'N' if self.segment.sliding else 'N m'}"
+
 
 def _torque(model: TorqueModel, segment: Segment) -> Array:
     """The model's torque as it is compared; of a change to a simulation outside, that simulation's torque with it."""

@@ -32,6 +32,14 @@ def test_what_looks_wrong_is_mended_before_anything_is_compared():
     assert next_steps(replace(GOOD, oddities=(), entries=GOOD.entries[:1]), "tank").startswith("nnhydro identify tank")
 
 
+def test_a_machine_that_nothing_drives_is_diagnosed_and_neither_compared_nor_trained():
+    whole = campaign(A, planted(A), 3, seconds=2.0, rate=50.0)
+    free = [replace(whole.load(name), tau=0 * whole.load(name).tau) for name in whole.names]
+    assert next_steps(survey(Campaign.of(A, free)), "ship").startswith("nnhydro diagnose ship")
+    one_driven = survey(Campaign.of(A, [*free, replace(whole.load("run0"), name="driven")]))
+    assert not one_driven.undriven
+
+
 def test_a_long_campaign_is_counted_and_its_verdict_is_printed_last_but_one(capsys):
     many = survey(Campaign.of(A, [replace(campaign(A, planted(A), 1, seconds=1.0, rate=50.0).load("run0"), name=f"r{k}")
                                   for k in range(42)]))

@@ -48,6 +48,16 @@ def test_the_error_is_of_the_compared_rows_and_what_is_left_is_measured_minus_mo
     assert off.error("whole") < 1e-9, "rows that are not compared do not count"
 
 
+def test_of_a_machine_that_nothing_drives_the_residual_is_told_in_newton_metres():
+    c, whole, poor = poor_and_whole()
+    trace = all_traces(c, whole=whole, poor=poor)[0]
+    assert trace.error_text("poor") == f"{100 * trace.error('poor'):.1f} %"
+    free = replace(trace, segment=replace(trace.segment, tau=0 * trace.tau), models={"whole": np.full_like(trace.tau, -0.25)})
+    assert free.error_text("whole") == "0.25 N m"
+    axis = replace(free, segment=replace(free.segment, sliding=True))
+    assert axis.error_text("whole") == "0.25 N"
+
+
 def test_a_segment_without_torques_or_compared_rows_has_no_trace():
     c, whole, _ = poor_and_whole()
     (segment,) = c.segments(c.names[0], GIVEN)
