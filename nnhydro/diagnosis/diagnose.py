@@ -225,7 +225,9 @@ def _other_bands(campaign: Campaign, baseline: str | None, found: SearchedCampai
 
 
 def _plan_next(found: SearchedCampaign, campaign: Campaign, seed: int, limits: Limits | None) -> tuple[Proposal | None, dict[str, str]]:
-    """The next experiment, and why there is none where planning it failed: it never costs the verdict."""
+    """The next experiment, and why there is none where planning it failed: it never costs the verdict. No motion moves a free machine."""
+    if found.design.undriven:
+        return None, {}
     try:
         names = found.design.problem.names
         rate = 1 / float(np.median(np.diff(campaign.load(names[0]).t))) if names else 1.0

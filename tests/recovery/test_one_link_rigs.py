@@ -169,6 +169,7 @@ def test_a_hull_that_softens_as_it_heels_is_named_with_its_damping(tmp_path):
     assert righting.effect == "righting_moment", found.verdict()
     assert righting.parameters["cubic"].value == pytest.approx(-2 * mass * 9.81 * height, rel=0.1)
     assert "viscous_friction" in damping.equivalence_set, found.verdict()
+    assert found.result.following is None, "no drive could follow a motion that is proposed"
     assert found.result.heldout.after < 0.02 * found.result.heldout.before
 
 
