@@ -6,6 +6,7 @@ Each of THIRDS nets leaves out a third of the recordings, whole groups. r is wha
 what they add to the baseline, `net` what the net without these recordings puts in place of the baseline, as far as the motion is familiar.
 g [N m] is the gain on each of the n groups, f the part of them that a net has seen. The largest gain less one standard error is one that
 new recordings would likely confirm. Of few recordings, or where the net is no better, no share is left, and no net is kept.
+Otherwise the mean of NETS nets of all recordings is used: chance in what a single one has learned falls out of it (mean.py).
 Source: stacking, Wolpert (1992), Neural Networks 5, 241; one standard error, Breiman et al. (1984), section 3.4.3; credit: stacking.py.
 """
 
@@ -21,6 +22,7 @@ from nnhydro.fitting.network.predictive_std import out_of_fold, sample_rows
 from nnhydro.fitting.network.rows import Rows, row_numbers
 from nnhydro.fitting.network.stacking import credit
 from nnhydro.fitting.network.strip_net.fit import fit_strip_net
+from nnhydro.fitting.network.strip_net.mean import mean_of
 from nnhydro.fitting.network.strip_net.rows import runs_of
 from nnhydro.models.learned.learned import LearnedTorque
 from nnhydro.models.learned.strip_inputs import rigid_torque
@@ -32,6 +34,7 @@ from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.splitting import Unit
 
 THIRDS = 3
+NETS = 3  # of all recordings, of which the mean is used
 SHARES = torch.linspace(0, 1, 11, dtype=torch.float64)  # t
 
 
@@ -71,7 +74,8 @@ def _replacement(net: StripNet, base: TorqueModel, unit: Unit, arm: Arm) -> Tens
 
 
 def with_strip_net(model: LearnedTorque, rows: Rows, watched: Tensor, chosen: Sequence[Unit], seed: int) -> tuple[LearnedTorque, Rows]:
-    """Return `model` with a net of all units `chosen` and its share, and the rows with what nets that have not seen them replace.
+    """Return `model` with the mean of NETS nets of all units `chosen`, its share, and the rows with what nets that have not seen them
+    replace.
 
     Both come back as they are where no share is sure to gain, or the nets so far have gained nothing on the groups that they left out.
     """
@@ -95,4 +99,5 @@ def with_strip_net(model: LearnedTorque, rows: Rows, watched: Tensor, chosen: Se
     share = share_of(left, 1 - 1 / THIRDS)
     if not bool(share.any()):
         return model, rows
-    return replace(model, water=fit_strip_net(runs, seed), share=share), replace(rows, replaced=unseen)
+    nets = [fit_strip_net(runs, seed + THIRDS + 1 + number) for number in range(NETS)]
+    return replace(model, water=mean_of(nets), share=share), replace(rows, replaced=unseen)
