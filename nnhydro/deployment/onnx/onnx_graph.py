@@ -48,6 +48,22 @@ def infinite_atoms(program: Program) -> set[int]:
     return found
 
 
+def _alike_in_length(rows: Sequence[Row]) -> list[list[Row]]:
+    """Return the rows by their numbers of terms, together where filling up the shorter ones takes less time than nodes of their own."""
+    by_length: dict[int, list[Row]] = defaultdict(list)
+    for row in rows:
+        by_length[len(row)].append(row)
+    best: list[tuple[float, list[list[Row]]]] = [(0.0, [])]  # time, and groups, of the shortest rows
+    lengths = sorted(by_length)
+    for end, width in enumerate(lengths, 1):
+        ways = []
+        for start in range(end):
+            group = [row for length in lengths[start:end] for row in by_length[length]]
+            ways.append((best[start][0] + 3.5 * NODE + 2 * ELEMENT * width * len(group), [*best[start][1], group]))
+        best.append(min(ways, key=lambda way: way[0]))
+    return best[-1][1]
+
+
 @final
 class Graph:
     """Collects nodes and constants; `chunks` are the vectors computed so far and `places` tells where in them each value lies."""
@@ -130,8 +146,7 @@ class Graph:
         for (k, m), full in blocks.items():
             self._product(list(full), list(full.values()), k, m)
         wild = [row for row in short if self._wild(row)]
-        few, many = ([row for row in short if (len(row) > LONG) == long and not self._wild(row)] for long in (False, True))
-        for rows in (few, many):
+        for rows in _alike_in_length([row for row in short if not self._wild(row)]):
             self._sums(rows)
         self._sums(wild, whole=False)
 

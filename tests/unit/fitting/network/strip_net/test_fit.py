@@ -1,6 +1,6 @@
 """Training of a strip net: that it learns, and the same each time."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import torch
 from campaigns import GIVEN, campaign
@@ -8,7 +8,7 @@ from rigs import arm
 from strip_nets import single
 
 from nnhydro.fitting.network.strip_net.fit import fit_strip_net, loads
-from nnhydro.fitting.network.strip_net.rows import Together, runs_of
+from nnhydro.fitting.network.strip_net.rows import StripRun, Together, runs_of
 from nnhydro.models.learned.strip_inputs import rigid_torque
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion, tensor
@@ -52,3 +52,13 @@ def test_a_steady_run_has_the_states_of_a_flow_that_has_lasted():
     load = loads(single(net), Together.of([run]))
     want = net.torque(Flow(a, steady))
     assert float((run.torque(load, net.body.float()) - want).abs().max()) < 1e-4 * float(want.abs().max())
+
+
+def test_a_short_steady_run_beside_a_longer_one_leaves_every_weight_finite():
+    a, every = chosen(seconds=1.0, count=1)
+    run, = runs_of(every, a)
+    short = [getattr(run, field)[:8] for field in ("way", "levers", "columns", "left", "keep")]
+    given = type(run.given)(*(getattr(run.given, field.name)[:8] for field in fields(run.given)))
+    steady = StripRun(1, given, *short[:3], None, *short[3:], False, True, run.drift)
+    net = fit_strip_net([run, steady], seed=0, epochs=2)
+    assert all(bool(x.isfinite().all()) for x in net.arrays().values())

@@ -15,10 +15,11 @@ from nnhydro.recordings.splitting import units
 
 
 def rows_of(a):
-    """Rows of three runs of unlike length, one of them under tow from the start, in double precision."""
+    """Rows of four runs of unlike length, one under tow from the start and one in steady flow, in double precision."""
     whole = Campaign.of(a, [recording(a, planted(a), f"run{i}", seed=i + 1, seconds=seconds, rate=20.0, speed=speed)
                             for i, (seconds, speed) in enumerate(((1.0, 0.0), (1.5, 0.3), (0.7, 0.0)))])
-    rows = Together.of(runs_of(units(whole, GIVEN, 0, group_names(whole)), a))
+    every = runs_of(units(whole, GIVEN, 0, group_names(whole)), a)
+    rows = Together.of([*every, replace(every[0], steady=True)])
     given = (getattr(rows.given, field.name).double() for field in fields(rows.given))
     return replace(rows, given=type(rows.given)(*given), way=rows.way.double())
 
