@@ -88,10 +88,10 @@ def test_what_a_net_gains_on_a_group_is_the_logarithm_of_how_many_times_less_is_
 
 
 @pytest.mark.parametrize("size", [1.0, 100.0])
-def test_a_recording_of_large_torques_outvotes_no_others(size):
-    r = torch.tensor([size, 1.0, 1.0, 1.0, 1.0], dtype=torch.float64)[:, None]
-    apart = torch.tensor([size / 2, -1.0, -1.0, -1.0, -1.0], dtype=torch.float64)[:, None]  # halved; doubled
-    assert float(share_of(gains(r, apart, torch.arange(5)), 2 / 3)) == 0.0
+def test_recordings_of_large_torques_do_not_outvote_others(size):
+    r = torch.tensor([size] * 3 + [1.0] * 5, dtype=torch.float64)[:, None]
+    apart = torch.tensor([size / 2] * 3 + [-1.0] * 5, dtype=torch.float64)[:, None]  # three are halved, five doubled
+    assert float(share_of(gains(r, apart, torch.arange(8)), 2 / 3)) == 0.0
 
 
 def test_what_the_net_gains_on_held_out_recordings_is_used():
