@@ -52,13 +52,13 @@ class Memory(torch.autograd.Function):
         a[rows.lasting], h[rows.lasting] = 0.0, _complex(re.numpy(), im.numpy())
         for before, now in rows.steps():
             h[now] += a[now] * h[before]
-        ctx.kept = way, keep, T, turned, a, h, rows
+        ctx.saved = way, keep, T, turned, a, h, rows
         return torch.from_numpy(h.real.copy()), torch.from_numpy(h.imag.copy())
 
     @staticmethod
     def backward(ctx: Any, re: Tensor, im: Tensor) -> tuple[Tensor | None, ...]:
         """Return the gradients over `both`, `half` and the states of lasting flow."""
-        way, keep, T, turned, a, h, rows = ctx.kept
+        way, keep, T, turned, a, h, rows = ctx.saved
         k, g, rest = T.shape[-1] // 2, _complex(re.numpy(), im.numpy()), 1 - keep
         stays = np.conjugate(a)
         for before, now in reversed(rows.steps()):
