@@ -29,7 +29,7 @@ from nnhydro.runtime.workers import HERE, Workers, spread
 
 Array = NDArray[np.float64]
 Report = Callable[[str], None]
-LOOKED_BACK = 12  # fitted recordings on which the width of the intervals is looked up for comparison
+LOOKED_BACK = 4  # fitted recordings on which the width of the intervals is looked up for comparison
 
 
 def _judge_fold(model: TorqueModel, fit_s: float, fitted: Sequence[Unit], held_out: Sequence[Unit], name: str) -> Standing:

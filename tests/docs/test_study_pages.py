@@ -2,6 +2,7 @@
 
 import importlib.util
 import json
+import tomllib
 from pathlib import Path
 
 TRAINING = Path(__file__).resolve().parents[2] / "training"
@@ -106,3 +107,9 @@ def test_the_page_of_error_rates_has_the_stored_counts():
 def test_the_page_of_other_authors_has_the_stored_counts():
     run = study("foreign/run.py")
     assert run.table([results(f"foreign/{name}") for name in run.STORED.values()]) in page("foreign")
+
+
+def test_the_page_of_the_independent_tanks_is_that_of_its_one_version():
+    stored, config = results("independent_tanks/results.json"), (TRAINING / "independent_tanks" / "config.toml").read_text(encoding="utf-8")
+    version, = {entry["version"] for models in stored.values() for entry in models.values()}
+    assert study("independent_tanks/run.py").table(stored, version, tomllib.loads(config)["sets"]) == page("independent_tanks")

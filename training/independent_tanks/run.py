@@ -16,18 +16,20 @@ from nnhydro.runtime.files import write_json, write_text
 
 HERE = Path(__file__).parent
 BASES, LEARNED = ("constant", "state"), ("network", "hybrid")
-SHARES_AN_EQUATION = {"rivera_tank": "none exactly: the planted memory is of first order, those of features/wake.py are not"}
 HEAD = ["# Learned models on independent tanks", "",
         "`python training/independent_tanks/run.py` prints this table; `config.toml` holds all choices, `results.json` all numbers.",
-        "No feature uses an equation of the data, except as said below.", "",
+        "No feature uses an equation of the data.", "",
         "- `error`: sum |tau - model| / sum |tau| in %, on recordings (or whole kinds of motion) held out of the fit.",
-        "- `bar`: the target. With recordings left out, it is half the error of `state`, or a third of that of `constant`, whichever is",
-        "  less. With kinds of motion left out, it is 0.8 times the error of the better baseline. For cfd_cylinder and rivera_tank,",
+        "- `bar`: the target. With recordings held out, it is half the error of `state`, or a third of that of `constant`, whichever is",
+        "  less. With kinds of motion held out, it is 0.8 times the error of the better baseline. For cfd_cylinder and rivera_tank,",
         "  config.toml states it.",
         "- `worst`: largest error on a recording, relative to that of `constant`; the aim is at most 1.1.",
         "- `> 1.1`: number of recordings on which the error is more than 1.1 times that of `constant`.",
         "- `95 %`: share of held-out rows within the model's 95 % intervals.", "",
         "| tank | protocol | model | error | bar | worst | > 1.1 | 95 % |", f"|{' --- |' * 8}"]
+TAIL = ["", "The memory that rivera_tank plants is of first order. No feature has this memory: those of features/wake.py are of second",
+        "order. One version of nnhydro made this table. In results.json, `version` is the hash of the folder `nnhydro`",
+        "in git (`git rev-parse --short COMMIT:nnhydro`).", ""]
 
 
 def version() -> str:
@@ -67,8 +69,7 @@ def table(results: dict, now: str, sets: dict) -> str:
         if models:
             asked = bar(models, key.endswith("leave-kind-out"), sets[key.split(":")[0]].get("bar"))
             lines += [row(key, name, entry, models, asked) for name, entry in sorted(models.items(), key=lambda item: item[1]["error"])]
-    shared = [f"{name} shares with a feature: {text}." for name, text in SHARES_AN_EQUATION.items() if f"| {name} |" in "".join(lines)]
-    return "\n".join([*lines, "", *shared, "One version of nnhydro made this table; results.json states which.", ""])
+    return "\n".join([*lines, *TAIL])
 
 
 def main() -> None:

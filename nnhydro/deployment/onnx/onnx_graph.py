@@ -2,9 +2,9 @@
 
 Every round of the schedule (schedule.py) becomes: its operands, all linear combinations of what is known, and one operation a kind. Where
 the matrix is small, one product gives all operands at once; where it is not, long sums over the same atoms go as matrices of their own, the
-others as gathered terms, weighed and added. A node costs about half a microsecond however small it is: few nodes mean speed. Values that
-nobody asks for any more are left behind, so that what is joined stays short. What may be infinite (the travel of a link that has moved
-for ever) enters no matrix with zeros: 0 times infinity is no number.
+others as gathered terms, weighed and added, those of about the same length together. A node costs about half a microsecond however small
+it is: few nodes mean speed. Values that nobody asks for any more are left behind, so that what is joined stays short. What may be infinite
+(the travel of a link that has moved for ever) enters no matrix with zeros: 0 times infinity is no number.
 """
 
 from collections import defaultdict
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from nnhydro.deployment.onnx.clipping import with_clips
 from nnhydro.deployment.onnx.expressions import Array, Program, Row, Value, as_cells, row_of
-from nnhydro.deployment.onnx.row_blocks import Atoms, mirror_pairs, row_blocks
+from nnhydro.deployment.onnx.row_blocks import Atoms, alike_in_length, mirror_pairs, row_blocks
 from nnhydro.deployment.onnx.schedule import rounds
 
 OPS = {"mul": "Mul", "div": "Div", "max": "Max", "min": "Min", "pow": "Pow", "abs": "Abs", "sign": "Sign", "sqrt": "Sqrt", "exp": "Exp",
@@ -26,7 +26,7 @@ OPS = {"mul": "Mul", "div": "Div", "max": "Max", "min": "Min", "pow": "Pow", "ab
 TESTS = {"positive": "Greater", "zero": "Equal"}
 CLIPS = {"clip": (-1.0, 1.0), "unit": (0.0, 1.0)}
 SPREADING = ("same", "mul", "abs", "sqrt", "pow", "exp", "log", "max", "maxof", "floor", "ceil")  # infinite where an operand is
-LONG = 12  # terms: sums up to LONG are padded together; longer ones over the same atoms go as a matrix
+LONG = 12  # terms: longer sums over the same atoms go as a matrix
 # microseconds of onnxruntime 1.32 on one x86-64 core, to choose between equal ways: a node, an element gathered, added or copied by a
 # joint, a multiplication in a matrix
 NODE, ELEMENT, COPIED, TIMES = 0.5, 0.0008, 0.00025, {8: 3.6e-4, 4: 1e-4}
@@ -130,8 +130,7 @@ class Graph:
         for (k, m), full in blocks.items():
             self._product(list(full), list(full.values()), k, m)
         wild = [row for row in short if self._wild(row)]
-        few, many = ([row for row in short if (len(row) > LONG) == long and not self._wild(row)] for long in (False, True))
-        for rows in (few, many):
+        for rows in alike_in_length([row for row in short if not self._wild(row)], 3.5 * NODE, 2 * ELEMENT):
             self._sums(rows)
         self._sums(wild, whole=False)
 

@@ -1,7 +1,7 @@
-"""Sums that go as matrices: rows over the same atoms, and matrices whose rows come in pairs, a network and its mirror image."""
+"""Which sums go together: rows over the same atoms, pairs of rows of a network and its mirror image, rows of about the same length."""
 
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -23,6 +23,25 @@ def row_blocks(rows: Iterable[Row], long: int) -> tuple[dict[tuple[int, int], di
         else:
             short += alike
     return blocks, short
+
+
+def alike_in_length(rows: Sequence[Row], group_time: float, term_time: float) -> list[list[Row]]:
+    """Return the rows, the shortest first, in the groups that take least time: each `group_time`, and `term_time` a term.
+
+    The shorter rows of a group are filled up to its longest.
+    """
+    by_length: dict[int, list[Row]] = defaultdict(list)
+    for row in rows:
+        by_length[len(row)].append(row)
+    best: list[tuple[float, list[list[Row]]]] = [(0.0, [])]  # time, and groups, of the shortest rows
+    lengths = sorted(by_length)
+    for end, longest in enumerate(lengths, 1):
+        ways = []
+        for start in range(end):
+            group = [row for length in lengths[start:end] for row in by_length[length]]
+            ways.append((best[start][0] + group_time + term_time * longest * len(group), [*best[start][1], group]))
+        best.append(min(ways, key=lambda way: way[0]))
+    return best[-1][1]
 
 
 def mirror_pairs(W: Array) -> tuple[list[tuple[int, int]], Array] | None:

@@ -141,8 +141,9 @@ class Ridge:
         rest = _part(self.A, m, m) - across.mT @ across
         factor = torch.linalg.cholesky(rest + torch.diag_embed(weights)[:, None])
         u = torch.cholesky_solve(self.b[:, moved, None] - across.mT @ load, factor)
-        v = torch.linalg.solve_triangular(root.mT, load - across @ u, upper=True)
-        return v[..., 0], u[..., 0]
+        side_by_side = u[..., 0].permute(1, 2, 0)  # (M, m, several): else `root` is copied for each of the several
+        v = torch.linalg.solve_triangular(root.mT, load - across @ side_by_side, upper=True)
+        return v.permute(2, 0, 1), u[..., 0]
 
 
 def _runs(index: Tensor) -> list[slice]:

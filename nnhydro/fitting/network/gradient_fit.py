@@ -7,8 +7,9 @@ small remainder as well as a large one. The order of rows is drawn anew each epo
 steps.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from math import cos, pi
 from pathlib import Path
 from typing import final
 
@@ -21,6 +22,8 @@ from nnhydro.fitting.network.rows import Rows
 from nnhydro.models.learned.network import Ensemble, odd_output
 from nnhydro.runtime.files import write_bytes
 
+BETA1, BETA2, TINY = 0.9, 0.99, 1e-8
+RISE = 0.05  # of the way to the last step
 Progress = Callable[[int, int, float], None]  # epoch, epochs, mean validation error
 
 
@@ -106,24 +109,24 @@ class _Task:
         return (((scale * y - left) / self.s) ** 2).sum(dim=2)
 
 
-def _adamw(state: TrainingState, gradients: tuple[Tensor, ...], rate: float, decay: float) -> None:
-    """One step of AdamW (Loshchilov and Hutter 2019, algorithm 2) in place; its state is plain tensors that can be stored."""
-    beta1, beta2, tiny = 0.9, 0.99, 1e-8
-    state.steps += 1
-    root = (1 - beta2**state.steps) ** 0.5
-    for w, g, m, v in zip(state.weights, gradients, state.first, state.second, strict=True):
-        m.lerp_(g, 1 - beta1)
-        v.mul_(beta2).addcmul_(g, g, value=1 - beta2)
-        w.data.mul_(1 - rate * decay).addcdiv_(m, v.sqrt().div_(root).add_(tiny), value=-rate / (1 - beta1**state.steps))
+def adamw_step(weights: Sequence[Tensor], gradients: Sequence[Tensor], first: Sequence[Tensor], second: Sequence[Tensor], step: int,
+               rate: float, decay: float) -> None:
+    """Move `weights` in place, and their moments, by the step of number `step`, from 1 (Loshchilov and Hutter 2019, algorithm 2).
+
+    torch.optim does the same, but its first use loads a compiler, which takes seconds.
+    """
+    root = (1 - BETA2**step) ** 0.5
+    for w, g, m, v in zip(weights, gradients, first, second, strict=True):
+        m.lerp_(g, 1 - BETA1)
+        v.mul_(BETA2).addcmul_(g, g, value=1 - BETA2)
+        w.data.mul_(1 - rate * decay).addcdiv_(m, v.sqrt().div_(root).add_(TINY), value=-rate / (1 - BETA1**step))
 
 
-def _rate(config: TrainingConfig, progress: float) -> float:
-    """Learning rate at `progress` 0..1: a short rise, then half a cosine to 1 % of the peak."""
-    rise = 0.05
-    if progress < rise:
-        return config.learning_rate * (0.1 + 0.9 * progress / rise)
-    fall = (progress - rise) / (1 - rise)
-    return config.learning_rate * (0.01 + 0.99 * 0.5 * (1 + float(torch.cos(torch.tensor(torch.pi * fall)))))
+def cycle(progress: float) -> float:
+    """Return the rate at `progress` 0..1 in units of its peak: a short rise, then half a cosine to 1 %."""
+    if progress < RISE:
+        return 0.1 + 0.9 * progress / RISE
+    return 0.01 + 0.99 * 0.5 * (1 + cos(pi * (progress - RISE) / (1 - RISE)))
 
 
 def _epoch(state: TrainingState, layout: Ensemble, task: _Task, train: Tensor, config: TrainingConfig) -> None:
@@ -142,7 +145,9 @@ def _epoch(state: TrainingState, layout: Ensemble, task: _Task, train: Tensor, c
         gradients = torch.autograd.grad(loss, state.weights, materialize_grads=True)
         for w in state.weights:
             w.requires_grad_(False)
-        _adamw(state, gradients, _rate(config, (state.epoch + number / len(batches)) / config.epochs), config.weight_decay)
+        state.steps += 1
+        rate = config.learning_rate * cycle((state.epoch + number / len(batches)) / config.epochs)
+        adamw_step(state.weights, gradients, state.first, state.second, state.steps, rate, config.weight_decay)
     state.epoch += 1
 
 

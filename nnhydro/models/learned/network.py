@@ -76,7 +76,7 @@ class Ensemble:
         stacks = len(self.weights[0])
         h = x.expand(stacks, *x.shape) if x.dim() == 2 else x.repeat_interleave(stacks // len(x), dim=0)
         for weight, offset in zip(self.weights[:-1], self.offsets[:-1], strict=True):
-            h = _tanh(torch.baddbmm(offset, h, weight))
+            h = tanh(torch.baddbmm(offset, h, weight))
         y = torch.baddbmm(self.offsets[-1], h, self.weights[-1])
         return y if y.shape[2] == self.outputs else y.reshape(-1, self.outputs, x.shape[-2]).transpose(1, 2)
 
@@ -97,8 +97,8 @@ class _SinglePrecisionTanh(torch.autograd.Function):
         return inner
 
 
-def _tanh(x: Tensor) -> Tensor:
-    """tanh, in single precision (training) the quick one."""
+def tanh(x: Tensor) -> Tensor:
+    """Return tanh x, in single precision (training) the quick one."""
     return _SinglePrecisionTanh.apply(x) if x.dtype == torch.float32 else torch.tanh(x)  # type: ignore[no-untyped-call]
 
 
@@ -123,9 +123,9 @@ def odd_output(ensemble: Ensemble, x: Tensor, parity: Tensor) -> Tensor:
     sizes = [int((parity < 0).sum()), int((parity >= 0).sum())]
     (odd, even), (of_odd, of_even) = torch.split(x, sizes, dim=2), torch.split(first, sizes, dim=1)
     turned, straight = torch.bmm(odd, of_odd), torch.baddbmm(ensemble.offsets[0], even, of_even)
-    h = _tanh(torch.cat([straight + turned, straight - turned], dim=1))
+    h = tanh(torch.cat([straight + turned, straight - turned], dim=1))
     for weight, offset in zip(ensemble.weights[1:-1], ensemble.offsets[1:-1], strict=True):
-        h = _tanh(torch.baddbmm(offset, h, weight))
+        h = tanh(torch.baddbmm(offset, h, weight))
     here, mirrored = h.chunk(2, dim=1)
     y = torch.bmm(here - mirrored, 0.5 * ensemble.weights[-1])
     return y if y.shape[2] == ensemble.outputs else y.reshape(-1, ensemble.outputs, n).transpose(1, 2)

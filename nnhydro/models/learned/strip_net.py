@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from nnhydro.features.wake import STILL, each_under_way, under_way
+from nnhydro.models.learned.network import tanh
 from nnhydro.models.learned.strip_inputs import StripInputs, arm_columns, drift, sensor_torque
 from nnhydro.physics.flow import Flow
 
@@ -73,7 +74,7 @@ class StripNet:
     def encode(self, z: StripInputs) -> tuple[Tensor, Tensor, Tensor]:
         """Return e (n, s, size), rate and d (n, s, 5 k) side by side, and r (n, s, 1), scaled, within the range of training."""
         r = (torch.minimum(torch.maximum(z.r, self.lowest), self.highest) - self.middle) / self.wide
-        e = torch.tanh((z.x[..., :-1] / self.spread[:-1]) @ self.inner)
+        e = tanh((z.x[..., :-1] / self.spread[:-1]) @ self.inner)
         rate = FASTEST * torch.sigmoid(torch.cat([e**2, r], dim=-1) @ self.gate + self.gate_bias)
         return e, torch.cat([rate, e @ self.drive], dim=-1), r
 
@@ -97,7 +98,7 @@ class StripNet:
         swung, unturned = im.chunk(2, dim=-1)
         o = torch.cat([e, re, swung, x[..., -1:]], dim=-1) @ self.odd
         v = torch.cat([unturned, r], dim=-1) @ self.even + self.even_bias
-        y = ((torch.tanh(v + o) - torch.tanh(v - o)) / 2) @ self.out + x @ self.skip
+        y = ((tanh(v + o) - tanh(v - o)) / 2) @ self.out + x @ self.skip
         return z.speeds[..., 0] ** 2 * y[..., 0] + z.plain @ self.plain
 
     def lasting(self, both: Tensor, speeds: Tensor) -> tuple[Tensor, Tensor]:

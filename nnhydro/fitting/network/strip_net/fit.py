@@ -3,22 +3,22 @@
     minimise  sum over rows and joints of hypot((model - left)_j / s_j, SOFT),      s_j = mean |left_j|
 
 every recording weighed by the root of what it has to explain. Some recordings at a time, all strips side by side. Matrices take orthogonal
-steps (muon.py), all else Adam's with decoupled weight decay, over one cycle of rates. Source: Loshchilov & Hutter (2019); one cycle:
-Smith & Topin (2019), arXiv 1708.07120.
+steps (muon.py), all else AdamW's (gradient_fit.py), over one cycle of rates.
 """
 
 from collections.abc import Sequence
 from dataclasses import fields, replace
-from typing import Any
 
 import numpy as np
 import torch
-from torch import Tensor, nn
+from torch import Tensor
 
+from nnhydro.fitting.network.gradient_fit import adamw_step, cycle
+from nnhydro.fitting.network.strip_net.memory import Memory
 from nnhydro.fitting.network.strip_net.muon import Muon
-from nnhydro.fitting.network.strip_net.rows import StripRun, join_runs
+from nnhydro.fitting.network.strip_net.rows import StripRun, Together, torque_of
 from nnhydro.models.learned.strip_inputs import PLAIN
-from nnhydro.models.learned.strip_net import FASTEST, StripNet, real_and_imaginary, recurrence
+from nnhydro.models.learned.strip_net import FASTEST, StripNet
 
 SIZE, BATCH = 16, 8
 RATE, MATRIX_RATE, DECAY = 3e-2, 0.1, 0.05  # at the cycle's top; the share of a weight that a step takes off is DECAY times its rate
@@ -29,43 +29,15 @@ STATED = 1e-3  # of the loss, for a coefficient of the arm or of plain loads of 
 TINY = 1e-6
 
 
-class _Scan(torch.autograd.Function):
-    """`recurrence` with its gradient; written as one step, as a tape of small steps takes most of the time."""
-
-    @staticmethod
-    def forward(ctx: Any, keep_re: Tensor, keep_im: Tensor, re: Tensor, im: Tensor) -> tuple[Tensor, Tensor]:
-        """Return h_t = keep_t h_{t-1} + z_t, all (n, s, k), as real and imaginary part."""
-        ctx.a, ctx.h = recurrence(keep_re, keep_im, re, im)
-        return real_and_imaginary(ctx.h)
-
-    @staticmethod
-    def backward(ctx: Any, re: Tensor, im: Tensor) -> tuple[Tensor, ...]:
-        """Return the gradients over keep and z, (n, s, k), by the scan g_t + conj(keep_{t+1}) g_{t+1} backward in time."""
-        a, g = ctx.a.conj(), torch.complex(re, im).numpy()
-        for now, keep, after in zip(g[-2::-1], a[:0:-1], g[::-1], strict=False):
-            now += keep * after
-        along = np.zeros_like(g)
-        np.multiply(g[1:], ctx.h[:-1].conj(), out=along[1:])
-        return tuple(torch.from_numpy(x.copy()) for x in (along.real, along.imag, g.real, g.imag))
-
-
-def loads(net: StripNet, runs: Sequence[StripRun], noise: Tensor | None = None) -> list[Tensor]:
-    """Return the loads (t, strips) of every run."""
-    z, way, moves, steady = join_runs(runs)
-    z = z if noise is None else replace(z, x=z.x + NOISE * noise * torch.randn_like(z.x))
+def loads(net: StripNet, rows: Together, noise: Tensor | None = None) -> Tensor:
+    """Return the loads (m, strips) of the runs that lie `rows`, one run after the other."""
+    z = rows.given if noise is None else replace(rows.given, x=rows.given.x + NOISE * noise * torch.randn_like(rows.given.x))
     e, both, r = net.encode(z)
-    middle, speeds = ((x + x.roll(1, 0)) / 2 for x in (both, z.speeds))  # no step leads to the first row: way is 0
-    keep, turned, re, im = net.increments(middle, speeds * way)
-    if bool(moves.any()):
-        begin = (torch.where(moves, x, 0.0) for x in net.lasting(both[:1], z.speeds[:1]))
-        re, im = (torch.cat([first, x[1:]]) for first, x in zip(begin, (re, im), strict=True))
-    if bool(steady.any()):
-        keep, turned = (torch.where(steady, 0.0, x) for x in (keep, turned))
-        re, im = (torch.where(steady, a, b) for a, b in zip(net.lasting(both, z.speeds), (re, im), strict=True))
-    states: tuple[Tensor, Tensor] = _Scan.apply(keep, turned, re, im)  # type: ignore[no-untyped-call]
-    load = net.load(z, e, r, *states)
-    parts = torch.split(load, [run.given.x.shape[1] for run in runs], dim=1)
-    return [part[:len(run.keep)] for part, run in zip(parts, runs, strict=True)]
+    dsigma, ds = torch.split((z.speeds + z.speeds[rows.before]) / 2 * rows.way, 1, dim=-1)
+    half, lasting = torch.cat([net.theta / 2 * dsigma, net.kappa / 2 * ds], dim=-1), torch.from_numpy(rows.lasting)
+    begun = net.lasting(both.index_select(0, lasting), z.speeds[lasting])
+    states: tuple[Tensor, Tensor] = Memory.apply(both, half, dsigma, *begun, rows)  # type: ignore[no-untyped-call]
+    return net.load(z, e, r, *states).index_select(0, rows.place)
 
 
 def _fresh(runs: Sequence[StripRun], generator: torch.Generator) -> StripNet:
@@ -88,17 +60,18 @@ def _fresh(runs: Sequence[StripRun], generator: torch.Generator) -> StripNet:
     return StripNet(*scales, *inward, *outward, torch.zeros(PLAIN), torch.zeros(runs[0].columns.shape[2]))
 
 
-def _size(run: StripRun, s: Tensor) -> Tensor:
-    """What the recording leaves to explain."""
-    return (run.left[run.keep] / s).abs().sum() + TINY
+def _weights(runs: Sequence[StripRun], s: Tensor) -> list[Tensor]:
+    """How much each row (t, 1) of a recording counts: together as the root of what the recording leaves to explain."""
+    return [run.keep[:, None] / ((run.left[run.keep] / s).abs().sum() + TINY).sqrt() for run in runs]
 
 
-def _loss(net: StripNet, runs: Sequence[StripRun], s: Tensor, noise: Tensor | None) -> Tensor:
-    misfit, sizes = torch.zeros(()), torch.stack([_size(run, s) for run in runs])
-    for run, load, size in zip(runs, loads(net, runs, noise), sizes, strict=True):
-        off = ((run.torque(load, net.body) - run.left) / s)[run.keep]
-        misfit = misfit + torch.hypot(off, torch.tensor(SOFT)).sum() / size.sqrt()
-    return misfit / sizes.sum().sqrt() + STATED * (net.body.square().sum() + net.plain.square().sum())
+def _loss(net: StripNet, runs: Sequence[StripRun], weights: Sequence[Tensor], s: Tensor, noise: Tensor | None) -> Tensor:
+    levers, columns, left = (torch.cat([getattr(run, name) for run in runs]) for name in ("levers", "columns", "left"))
+    tau = torque_of(loads(net, Together.of(runs), noise), net.body, levers, columns)
+    seen = [run.sensor_torque(part) for run, part in zip(runs, torch.split(tau, [len(run.keep) for run in runs]), strict=True)]
+    misfit = (torch.hypot((torch.cat(seen) - left) / s, torch.tensor(SOFT)) * torch.cat(list(weights))).sum()
+    whole = torch.stack([1 / w.amax() ** 2 for w in weights]).sum()
+    return misfit / whole.sqrt() + STATED * (net.body.square().sum() + net.plain.square().sum())
 
 
 FIXED = ("spread", "middle", "wide", "lowest", "highest", "drift")
@@ -118,17 +91,15 @@ def _parts(net: StripNet, names: Sequence[str], flat: Tensor) -> dict[str, Tenso
 
 
 class _Learning:
-    """What is learned of a net, and how: matrices along orthogonal steps, all else by Adam, over one cycle of rates."""
+    """What is learned of a net, and how: matrices along orthogonal steps, all else by AdamW, over one cycle of rates."""
 
-    def __init__(self, net: StripNet, steps: int) -> None:
-        self._net = net
+    def __init__(self, net: StripNet) -> None:
+        self._net, self._count = net, 0
         self._names = tuple(field.name for field in fields(net) if field.name not in FIXED + STATED_PARTS + MATRICES)
         self._flat = [_flat_vector(net, self._names), _flat_vector(net, STATED_PARTS)]
+        self._first, self._second = ([torch.zeros_like(w) for w in self._flat] for _ in range(2))
         self._matrices = [getattr(net, name).clone().requires_grad_(True) for name in MATRICES]
         self._muon = Muon(self._matrices)
-        groups: list[dict[str, Any]] = [{"params": self._flat[:1], "weight_decay": DECAY}, {"params": self._flat[1:], "weight_decay": 0.0}]
-        self._adam = torch.optim.AdamW(groups, RATE, fused=True)
-        self._rates = torch.optim.lr_scheduler.OneCycleLR(self._adam, [RATE, 3 * RATE], total_steps=steps, pct_start=0.1)
 
     @property
     def net(self) -> StripNet:
@@ -136,15 +107,13 @@ class _Learning:
         learned = _parts(self._net, self._names, self._flat[0]) | _parts(self._net, STATED_PARTS, self._flat[1])
         return replace(self._net, **learned, **dict(zip(MATRICES, self._matrices, strict=True)))
 
-    def step(self, loss: Tensor) -> None:
-        """Go a step down the loss of `net`."""
-        self._adam.zero_grad()
-        loss.backward()  # type: ignore[no-untyped-call]
-        nn.utils.clip_grad_norm_([self._flat[0], *self._matrices], 1.0)
-        self._adam.step()
-        cycle = self._rates.get_last_lr()[0] / RATE
-        self._muon.step(self._matrices, float(cycle) * MATRIX_RATE, DECAY)
-        self._rates.step()
+    def step(self, loss: Tensor, progress: float) -> None:
+        """Go a step down the loss of `net`, at `progress` 0..1 of the training."""
+        self._count += 1
+        gradients, top = torch.autograd.grad(loss, [*self._flat, *self._matrices]), cycle(progress)
+        for part, rate, decay in ((slice(1), RATE, DECAY), (slice(1, 2), 3 * RATE, 0.0)):
+            adamw_step(self._flat[part], gradients[:2][part], self._first[part], self._second[part], self._count, top * rate, decay)
+        self._muon.step(self._matrices, gradients[2:], top * MATRIX_RATE, DECAY)
 
 
 def fit_strip_net(runs: Sequence[StripRun], seed: int, epochs: int = EPOCHS) -> StripNet:
@@ -154,9 +123,10 @@ def fit_strip_net(runs: Sequence[StripRun], seed: int, epochs: int = EPOCHS) -> 
         generator, rng = torch.Generator().manual_seed(seed), np.random.default_rng(seed)
         net, batches = _fresh(runs, generator), -(-len(runs) // BATCH)
         s = torch.cat([run.left[run.keep] for run in runs]).abs().mean(dim=0) + TINY
-        epochs = min(epochs, -(-STEPS // batches))
-        learning = _Learning(net, epochs * batches)
-        for _ in range(epochs):
-            for part in np.array_split(rng.permutation(len(runs)), batches):
-                learning.step(_loss(learning.net, [runs[int(i)] for i in part], s, net.spread))
+        epochs, weights = min(epochs, -(-STEPS // batches)), _weights(runs, s)
+        learning = _Learning(net)
+        parts = [part for _ in range(epochs) for part in np.array_split(rng.permutation(len(runs)), batches)]
+        for number, part in enumerate(parts):
+            loss = _loss(learning.net, [runs[i] for i in part], [weights[i] for i in part], s, net.spread)
+            learning.step(loss, number / len(parts))
     return StripNet(*(getattr(learning.net, field.name).detach().double() for field in fields(net)))

@@ -33,12 +33,9 @@ class Muon:
     def __init__(self, matrices: Sequence[Tensor]) -> None:
         self._momenta = [torch.zeros_like(matrix) for matrix in matrices]
 
-    def step(self, matrices: Sequence[Tensor], rate: float, decay: float) -> None:
-        """Move every matrix, in place, against its gradient, and begin a new one."""
-        with torch.no_grad():
-            for w, m in zip(matrices, self._momenta, strict=True):
-                assert w.grad is not None
-                m.lerp_(w.grad, 1 - BETA)
-                along = orthogonal(torch.lerp(w.grad, m, BETA))
-                w.mul_(1 - rate * decay).sub_(along, alpha=rate * max(1.0, w.shape[0] / w.shape[1]) ** 0.5)
-                w.grad = None
+    def step(self, matrices: Sequence[Tensor], gradients: Sequence[Tensor], rate: float, decay: float) -> None:
+        """Move every matrix, in place, against its gradient."""
+        for w, g, m in zip(matrices, gradients, self._momenta, strict=True):
+            m.lerp_(g, 1 - BETA)
+            along = orthogonal(torch.lerp(g, m, BETA))
+            w.data.mul_(1 - rate * decay).sub_(along, alpha=rate * max(1.0, w.shape[0] / w.shape[1]) ** 0.5)

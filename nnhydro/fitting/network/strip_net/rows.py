@@ -10,7 +10,8 @@ from typing import final
 
 import numpy as np
 import torch
-from torch import Tensor, nn
+from numpy.typing import NDArray
+from torch import Tensor
 
 from nnhydro.features.wake import under_way
 from nnhydro.fitting.linear.several_arms import arm_of
@@ -45,8 +46,16 @@ class StripRun:
 
     def torque(self, load: Tensor, arm: Tensor) -> Tensor:
         """Return the torques (t, joints) N m of strip loads (t, strips), as the sensor sees them."""
-        tau = (self.levers @ load[..., None])[..., 0] + self.columns @ arm
+        return self.sensor_torque(torque_of(load, arm, self.levers, self.columns))
+
+    def sensor_torque(self, tau: Tensor) -> Tensor:
+        """Return the torques `tau` (t, joints) N m as the sensor sees them."""
         return tau if self.low_pass is None else self.low_pass @ tau
+
+
+def torque_of(load: Tensor, arm: Tensor, levers: Tensor, columns: Tensor) -> Tensor:
+    """Return the torques (t, joints) N m of strip loads (t, strips) and of the arm's coefficients."""
+    return (levers * load[:, None]).sum(dim=2) + columns @ arm
 
 
 def _stride(segment: Segment) -> int:
@@ -85,16 +94,38 @@ def runs_of(chosen: Sequence[Unit], arm: Arm) -> list[StripRun]:
             for run in _stretches(number, segment, arm_of(unit, arm))]
 
 
-def join_runs(runs: Sequence[StripRun]) -> tuple[StripInputs, Tensor, Tensor, Tensor]:
-    """Return the strips of several runs side by side: time steps, whether the flow has lasted where they begin, and throughout."""
-    longest = max(len(run.keep) for run in runs)
+@final
+@dataclass(frozen=True, eq=False)
+class Together:
+    """The rows of several runs, those of one time side by side, the longest run first: nothing is filled up."""
 
-    def side_by_side(parts: list[Tensor]) -> Tensor:
-        return torch.cat([nn.functional.pad(z, (0, 0) * (z.dim() - 1) + (0, longest - len(z))) for z in parts], dim=1)
+    given: StripInputs  # (m, s, ...)
+    way: Tensor  # (m, 1, 1) s from the row before, 0 at the first of a run
+    before: NDArray[np.int64]  # (m,) the row before, itself at the first
+    ends: NDArray[np.int64]  # where the rows of each time end
+    lasting: NDArray[np.int64]  # rows in which the flow has lasted
+    place: Tensor  # (m,) where the rows lie if the runs are taken one after the other
 
-    def flags(name: str) -> Tensor:
-        return torch.cat([torch.full((run.given.x.shape[1],), getattr(run, name)) for run in runs])[None, :, None]
+    @staticmethod
+    def of(runs: Sequence[StripRun]) -> "Together":
+        """Return the rows of `runs`."""
+        lengths = np.array([len(run.keep) for run in runs])
+        rank, times = np.argsort(np.argsort(-lengths, kind="stable")), np.arange(lengths.max())
+        ends = np.cumsum((lengths > times[:, None]).sum(axis=1))
+        begins = np.concatenate([[0], ends[:-1]])
+        each = [begins[:n] + r for n, r in zip(lengths, rank, strict=True)]
+        place, lasting = np.concatenate(each), [x if run.steady else x[:int(run.moves)] for x, run in zip(each, runs, strict=True)]
+        before = np.empty_like(place)
+        before[place] = np.concatenate([np.concatenate([x[:1], x[:-1]]) for x in each])
+        order = torch.from_numpy(np.argsort(place))
 
-    x, r, speeds, plain = (side_by_side([getattr(run.given, field.name) for run in runs]) for field in fields(StripInputs))
-    way = side_by_side([run.way.expand(-1, run.given.x.shape[1], 1) for run in runs])
-    return StripInputs(x, r, speeds, plain), way, flags("moves"), flags("steady")
+        def side_by_side(parts: Sequence[Tensor]) -> Tensor:
+            return torch.cat(list(parts)).index_select(0, order)
+
+        given = StripInputs(*(side_by_side([getattr(run.given, field.name) for run in runs]) for field in fields(StripInputs)))
+        return Together(given, side_by_side([run.way for run in runs]), before, ends, np.concatenate(lasting), torch.from_numpy(place))
+
+    def steps(self) -> list[tuple[slice, slice]]:
+        """Return the rows before and after each step in time."""
+        ends = [0, *self.ends.tolist()]
+        return [(slice(a, a + c - b), slice(b, c)) for a, b, c in zip(ends, ends[1:], ends[2:], strict=False)]

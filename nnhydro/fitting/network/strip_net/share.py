@@ -1,11 +1,13 @@
 """How much of a strip net is used in place of all else that a hybrid learned: judged on recordings that neither has seen.
 
-    share_j = t_j / (t_j + (1 - t_j) f),    t_j maximises   mean(g) - sd(g)/sqrt(n),    g = sum |r|_j - sum |r - t (net - learned)|_j
+    share_j = t_j / (t_j + (1 - t_j) f),    t_j maximises   mean(g) - sd(g)/sqrt(n),    g = ln sum |r|_j - ln sum |r - t (net - learned)|_j
 
 Each of THIRDS nets leaves out a third of the recordings, whole groups. r is what members leave of recordings that they watch, `learned`
 what they add to the baseline, `net` what the net without these recordings puts in place of the baseline, as far as the motion is familiar.
-g [N m] is the gain on each of the n groups, f the part of them that a net has seen. The largest gain less one standard error is one that
-new recordings would likely confirm. Of few recordings, or where the net is no better, no share is left, and no net is kept.
+g is the gain on each of the n groups, of which one that is halved makes up for one that is doubled, however large their torques; f is the
+part of them that a net has seen. The largest gain less one standard error is one that new recordings would likely confirm. Of few
+recordings, or where the net is no better, no share is left, and no net is kept.
+Otherwise the mean of NETS nets of all recordings is used: chance in what a single one has learned falls out of it (mean.py).
 Source: stacking, Wolpert (1992), Neural Networks 5, 241; one standard error, Breiman et al. (1984), section 3.4.3; credit: stacking.py.
 """
 
@@ -21,6 +23,7 @@ from nnhydro.fitting.network.predictive_std import out_of_fold, sample_rows
 from nnhydro.fitting.network.rows import Rows, row_numbers
 from nnhydro.fitting.network.stacking import credit
 from nnhydro.fitting.network.strip_net.fit import fit_strip_net
+from nnhydro.fitting.network.strip_net.mean import mean_of
 from nnhydro.fitting.network.strip_net.rows import runs_of
 from nnhydro.models.learned.learned import LearnedTorque
 from nnhydro.models.learned.strip_inputs import rigid_torque
@@ -32,6 +35,8 @@ from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.splitting import Unit
 
 THIRDS = 3
+NETS = 3  # of all recordings, of which the mean is used
+TINY = 1e-9  # N m
 SHARES = torch.linspace(0, 1, 11, dtype=torch.float64)  # t
 
 
@@ -44,18 +49,18 @@ def thirds(chosen: Sequence[Unit], seed: int) -> list[list[bool]]:
     return [[groups.index(unit.group) in set(order[third::THIRDS].tolist()) for unit in chosen] for third in range(THIRDS)]
 
 
-def share_of(left: Tensor, fitted: float) -> Tensor:
-    """Return the share (joints,) where `left` (shares, groups, joints) N m remains with each of SHARES."""
-    gain = left[0] - left
+def share_of(gain: Tensor, fitted: float) -> Tensor:
+    """Return the share (joints,) where each of SHARES gains `gain` (shares, groups, joints)."""
     sure = gain.mean(dim=1) - gain.std(dim=1) / gain.shape[1] ** 0.5
     return credit(SHARES[sure.argmax(dim=0)], fitted)
 
 
-def remains(r: Tensor, apart: Tensor, group: Tensor) -> Tensor:
-    """Return sum |r - t apart| N m over the rows of each group, of r and apart (m, joints), (shares, groups, joints) for SHARES."""
+def gains(r: Tensor, apart: Tensor, group: Tensor) -> Tensor:
+    """Return g (shares, groups, joints) of r and apart (m, joints) N m, whose rows are of the groups `group` (m,), for SHARES."""
     names, place = torch.unique(group, return_inverse=True)
-    none = torch.zeros(len(names), r.shape[1], dtype=torch.float64)
-    return torch.stack([none.index_add(0, place, (r - t * apart).abs()) for t in SHARES])
+    none = torch.full((len(names), r.shape[1]), TINY, dtype=torch.float64)
+    left = torch.stack([none.index_add(0, place, (r - t * apart).abs()) for t in SHARES])
+    return (left[0] / left).log()
 
 
 def _replacement(net: StripNet, base: TorqueModel, unit: Unit, arm: Arm) -> Tensor:
@@ -71,7 +76,8 @@ def _replacement(net: StripNet, base: TorqueModel, unit: Unit, arm: Arm) -> Tens
 
 
 def with_strip_net(model: LearnedTorque, rows: Rows, watched: Tensor, chosen: Sequence[Unit], seed: int) -> tuple[LearnedTorque, Rows]:
-    """Return `model` with a net of all units `chosen` and its share, and the rows with what nets that have not seen them replace.
+    """Return `model` with the mean of NETS nets of all units `chosen`, its share, and the rows with what nets that have not seen them
+    replace.
 
     Both come back as they are where no share is sure to gain, or the nets so far have gained nothing on the groups that they left out.
     """
@@ -89,10 +95,11 @@ def with_strip_net(model: LearnedTorque, rows: Rows, watched: Tensor, chosen: Se
             unseen[rows.unit == k], judged[k] = _replacement(net, base, chosen[k], model.arm), True
         replaced, known = torch.split(unseen[index].double(), [target.shape[1], 1], dim=1)
         so_far = judged[unit.long()]
-        left = remains(*(x[so_far] for x in (r, known * (phi * replaced - (target - r)), group)))
-        if not bool((left.sum(dim=1) < left[0].sum(dim=0)).any()):
+        gain = gains(*(x[so_far] for x in (r, known * (phi * replaced - (target - r)), group)))
+        if not bool((gain.mean(dim=1) > 0).any()):
             return model, rows
-    share = share_of(left, 1 - 1 / THIRDS)
+    share = share_of(gain, 1 - 1 / THIRDS)
     if not bool(share.any()):
         return model, rows
-    return replace(model, water=fit_strip_net(runs, seed), share=share), replace(rows, replaced=unseen)
+    nets = [fit_strip_net(runs, seed + THIRDS + 1 + number) for number in range(NETS)]
+    return replace(model, water=mean_of(nets), share=share), replace(rows, replaced=unseen)

@@ -1,8 +1,9 @@
-"""Sums that go as matrices, and rows that are each other's mirror image."""
+"""Which sums go together: as matrices, as mirror images, or filled up to one length."""
 
 import numpy as np
+import pytest
 
-from nnhydro.deployment.onnx.row_blocks import mirror_pairs, row_blocks
+from nnhydro.deployment.onnx.row_blocks import alike_in_length, mirror_pairs, row_blocks
 
 
 def test_long_rows_over_the_same_atoms_are_a_matrix_and_the_others_stay_alone():
@@ -27,3 +28,18 @@ def test_rows_that_differ_by_unlike_patterns_or_have_no_twin_do_not_pair_up():
     assert mirror_pairs(unlike) is None
     assert mirror_pairs(W) is None
     assert mirror_pairs(np.concatenate([W, W])) is None, "the same rows once more are no mirror image"
+
+
+def rows_of(lengths):
+    """Rows of these numbers of terms, no two alike."""
+    return [tuple((100 * number + k, 1.0) for k in range(length)) for number, length in enumerate(lengths)]
+
+
+@pytest.mark.parametrize(("lengths", "groups"), [
+    ([3] * 50 + [2] * 50, [[2] * 50 + [3] * 50]),  # 50 terms more, but one group less
+    ([40] + [2] * 50, [[2] * 50, [40]]),  # else filled up with 1,900 terms
+    ([2] * 50 + [3] * 50 + [90] * 2, [[2] * 50 + [3] * 50, [90] * 2]),
+    ([], [])])
+def test_sums_go_together_where_filling_up_the_shorter_ones_takes_less_time_than_another_group(lengths, groups):
+    found = alike_in_length(rows_of(lengths), group_time=100.0, term_time=1.0)
+    assert [[len(row) for row in group] for group in found] == groups

@@ -7,7 +7,7 @@ from training_rows import some_rows
 
 from nnhydro.fitting.config import TrainingConfig
 from nnhydro.fitting.network import gradient_fit as gradient
-from nnhydro.fitting.network.gradient_fit import TrainingState, _adamw, _rate, _Task, _watch, gradient_fit
+from nnhydro.fitting.network.gradient_fit import TrainingState, _Task, _watch, adamw_step, cycle, gradient_fit
 from nnhydro.models.learned.network import Ensemble, odd_output
 
 
@@ -17,26 +17,23 @@ def every_row(rows, members=2):
 
 def test_steps_are_those_of_AdamW_as_published():
     rng, start = np.random.default_rng(1), np.random.default_rng(2).standard_normal((2, 4, 3))
-    state = TrainingState([torch.tensor(w) for w in start], *([torch.zeros(4, 3).double() for _ in start] for _ in range(3)),
-                          torch.zeros(1), torch.zeros(1))
+    weights, first, second = [torch.tensor(w) for w in start], *([torch.zeros(4, 3).double() for _ in start] for _ in range(2))
     w, m, v, rate, decay = start.copy(), np.zeros_like(start), np.zeros_like(start), 3e-2, 0.2
     for step in range(1, 8):
         g = rng.standard_normal(w.shape)
-        _adamw(state, tuple(torch.tensor(slope) for slope in g), rate, decay)
+        adamw_step(weights, [torch.tensor(slope) for slope in g], first, second, step, rate, decay)
         m, v = 0.9 * m + 0.1 * g, 0.99 * v + 0.01 * g**2
         w = w - rate * (m / (1 - 0.9**step) / (np.sqrt(v / (1 - 0.99**step)) + 1e-8) + decay * w)
-    np.testing.assert_allclose(torch.stack(state.weights), w, rtol=1e-9)
-    assert state.steps == 7
+    np.testing.assert_allclose(torch.stack(weights), w, rtol=1e-9)
 
 
 def test_the_rate_rises_over_a_twentieth_and_falls_by_half_a_cosine_to_a_hundredth():
-    config = TrainingConfig(learning_rate=0.02)
-    assert _rate(config, 0.0) == pytest.approx(0.002)
-    assert _rate(config, 0.025) == pytest.approx(0.011)
-    assert _rate(config, 0.05) == pytest.approx(0.02)
-    assert _rate(config, 0.525) == pytest.approx(0.02 * 0.505, rel=1e-6)
-    assert _rate(config, 1.0) == pytest.approx(0.0002, rel=1e-3)
-    rates = [_rate(config, x) for x in np.linspace(0.05, 1, 50)]
+    assert cycle(0.0) == pytest.approx(0.1)
+    assert cycle(0.025) == pytest.approx(0.55)
+    assert cycle(0.05) == pytest.approx(1.0)
+    assert cycle(0.525) == pytest.approx(0.505)
+    assert cycle(1.0) == pytest.approx(0.01)
+    rates = [cycle(x) for x in np.linspace(0.05, 1, 50)]
     assert (np.diff(rates) < 0).all()
 
 
@@ -57,7 +54,7 @@ def test_every_step_follows_the_slope_of_each_members_mean_error_over_the_rows_t
     state, task, train = TrainingState.fresh(layout), _Task.of(rows), torch.ones(2, 50, dtype=torch.bool)
     train[1, 7:] = False  # member 2 finds seven rows, in one of the two batches perhaps none
     kept = []
-    monkeypatch.setattr(gradient, "_adamw", lambda state, slopes, *given: kept.append(slopes))
+    monkeypatch.setattr(gradient, "adamw_step", lambda weights, slopes, *given: kept.append(slopes))
     gradient._epoch(state, layout, task, train, TrainingConfig(batch=30, seed=4))
     order = torch.randperm(50, generator=torch.Generator().manual_seed(4 * 1_000_003))
     for slopes, index in zip(kept, (order[:30], order[30:]), strict=True):

@@ -22,19 +22,16 @@ def test_a_step_does_not_depend_on_the_size_of_the_gradient(scale):
 
 
 def test_without_a_gradient_a_matrix_only_decays():
-    w = torch.ones(3, 2, requires_grad=True)
-    w.grad = torch.zeros(3, 2)
-    Muon([w]).step([w], rate=0.1, decay=0.5)
-    torch.testing.assert_close(w.detach(), torch.full((3, 2), 0.95))
-    assert w.grad is None
+    w = torch.ones(3, 2)
+    Muon([w]).step([w], [torch.zeros(3, 2)], rate=0.1, decay=0.5)
+    torch.testing.assert_close(w, torch.full((3, 2), 0.95))
 
 
 def test_all_directions_are_learned_however_unlike_their_curvatures():
     torch.manual_seed(0)
     sizes = torch.tensor([100.0, 1.0, 0.01])
-    goal, w = torch.randn(3, 3), torch.zeros(3, 3, requires_grad=True)
+    goal, w = torch.randn(3, 3), torch.zeros(3, 3)
     muon = Muon([w])
     for k in range(300):
-        (sizes[:, None] * (w - goal) ** 2).sum().backward()
-        muon.step([w], rate=0.1 * (1 - k / 300), decay=0.0)
-    assert float((w.detach() - goal).abs().max()) < 0.02
+        muon.step([w], [2 * sizes[:, None] * (w - goal)], rate=0.1 * (1 - k / 300), decay=0.0)
+    assert float((w - goal).abs().max()) < 0.02

@@ -8,7 +8,7 @@ from rigs import arm
 from strip_nets import net, single
 
 from nnhydro.fitting.network.strip_net.fit import loads
-from nnhydro.fitting.network.strip_net.rows import ROWS, ROWS_PER_CUTOFF, WARM, runs_of
+from nnhydro.fitting.network.strip_net.rows import ROWS, ROWS_PER_CUTOFF, WARM, Together, runs_of
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.campaign import Campaign
@@ -26,6 +26,11 @@ def close(got, want):
     assert float((got - want).abs().max()) < SINGLE * float(want.abs().max())
 
 
+def each_of(model, runs):
+    """The loads of each run, trained side by side."""
+    return torch.split(loads(single(model), Together.of(runs)), [len(run.keep) for run in runs])
+
+
 def deployed(a, unit):
     segment, = unit.segments()
     return net(a).torque(Flow(a, Motion.of(segment)))
@@ -39,7 +44,7 @@ def test_side_by_side_the_strips_give_what_the_deployed_net_gives_of_each_run_al
     chosen = all_of(whole)
     runs, model = runs_of(chosen, a), net(a)
     assert len({len(run.keep) for run in runs}) == 2
-    for run, load, unit in zip(runs, loads(single(model), runs), chosen, strict=True):
+    for run, load, unit in zip(runs, each_of(model, runs), chosen, strict=True):
         close(run.torque(load, model.body.float()), deployed(a, unit))
 
 
@@ -60,7 +65,7 @@ def test_of_a_long_recording_each_stretch_gives_nearly_what_the_whole_gives_in_i
     stride = int(1 / (ROWS_PER_CUTOFF * 4.0 * segment.dt))
     assert kept == int(segment.keep[::stride].sum()), "every row is compared once"
     tau = segment.filter((model.torque(Flow(a, Motion.of(segment)))).numpy())[::stride]
-    for number, (run, load) in enumerate(zip(runs, loads(single(model), runs), strict=True)):
+    for number, (run, load) in enumerate(zip(runs, each_of(model, runs), strict=True)):
         start = max(0, number * ROWS - WARM)
         off = np.abs((run.torque(load, model.body.float())).numpy() - tau[start:start + len(run.keep)])[run.keep.numpy()]
         assert np.median(off) < 0.1 * np.abs(tau).max()

@@ -3,13 +3,14 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 import torch
 from campaigns import DEFAULT_LAWS, GIVEN, campaign, planted
 from rigs import arm, run
 
 from nnhydro.fitting.network.strip_net import share
 from nnhydro.fitting.network.strip_net.fit import fit_strip_net
-from nnhydro.fitting.network.strip_net.share import SHARES, remains, share_of, thirds
+from nnhydro.fitting.network.strip_net.share import SHARES, gains, share_of, thirds
 from nnhydro.fitting.network.train import train
 from nnhydro.physics.travel.state_model import state_loads
 from nnhydro.recordings.repeats import group_names
@@ -18,28 +19,28 @@ from nnhydro.recordings.splitting import units
 FAST = DEFAULT_LAWS.model_copy(update={"members": 3, "epochs": 4, "validation_share": 0.34, "strip_net": True})
 
 
-def left_of(gains):
-    """What is left (shares, groups, 1) where a share t takes t g of 1 N m in each group."""
-    return 1 - SHARES[:, None, None] * torch.tensor(gains, dtype=torch.float64)[:, None]
+def gain_of(parts):
+    """What is gained (shares, groups, 1) where a share t takes t g of 1 N m in each group."""
+    return -(1 - SHARES[:, None, None] * torch.tensor(parts, dtype=torch.float64)[:, None]).log()
 
 
 def test_a_gain_in_every_recording_is_used_whole():
-    assert float(share_of(left_of([0.3, 0.4, 0.5, 0.2]), 2 / 3)) == 1.0
+    assert float(share_of(gain_of([0.3, 0.4, 0.5, 0.2]), 2 / 3)) == 1.0
 
 
 def test_a_gain_that_one_recording_makes_is_left_alone():
-    assert float(share_of(left_of([0.9, -0.1, -0.1, -0.1, -0.1]), 2 / 3)) == 0.0
-    assert float(share_of(left_of([0.9, 0.7, 0.8, 0.7, -0.1]), 2 / 3)) == 1.0
+    assert float(share_of(gain_of([0.9, -0.1, -0.1, -0.1, -0.1]), 2 / 3)) == 0.0
+    assert float(share_of(gain_of([0.9, 0.7, 0.8, 0.7, -0.1]), 2 / 3)) == 1.0
 
 
 def test_a_joint_that_gains_is_not_held_back_by_another():
-    left = torch.cat([left_of([0.3, 0.4, 0.5]), left_of([-0.3, -0.4, -0.5])], dim=2)
-    assert share_of(left, 2 / 3).tolist() == [1.0, 0.0]
+    gain = torch.cat([gain_of([0.3, 0.4, 0.5]), gain_of([-0.3, -0.4, -0.5])], dim=2)
+    assert share_of(gain, 2 / 3).tolist() == [1.0, 0.0]
 
 
 def test_half_a_share_of_nets_of_two_thirds_is_more_of_a_net_of_all():
-    left = (SHARES - 0.5).abs()[:, None, None].expand(-1, 4, 1)
-    assert float(share_of(left, 2 / 3)) == 0.5 / (0.5 + 0.5 * 2 / 3)
+    gain = -(SHARES - 0.5).abs()[:, None, None].expand(-1, 4, 1)
+    assert float(share_of(gain, 2 / 3)) == 0.5 / (0.5 + 0.5 * 2 / 3)
 
 
 def test_every_group_is_left_out_once_and_whole():
@@ -78,11 +79,19 @@ def test_where_a_net_gains_nothing_no_other_is_trained(monkeypatch):
     assert len(trained) == 1
 
 
-def test_what_remains_is_summed_within_each_group():
+def test_what_a_net_gains_on_a_group_is_the_logarithm_of_how_many_times_less_is_left():
     r, apart = torch.tensor([[[1.0], [-2.0], [4.0]], [[1.0], [0.0], [8.0]]], dtype=torch.float64)
-    left = remains(r, apart, torch.tensor([3, 5, 3]))
-    assert left.shape == (len(SHARES), 2, 1)
-    torch.testing.assert_close(left[[0, 5, 10], :, 0], torch.tensor([[5.0, 2.0], [0.5, 2.0], [4.0, 2.0]], dtype=torch.float64))
+    gain = gains(r, apart, torch.tensor([3, 5, 3]))
+    assert gain.shape == (len(SHARES), 2, 1)
+    want = torch.tensor([[1.0, 1.0], [10.0, 1.0], [1.25, 1.0]], dtype=torch.float64).log()
+    torch.testing.assert_close(gain[[0, 5, 10], :, 0], want)
+
+
+@pytest.mark.parametrize("size", [1.0, 100.0])
+def test_recordings_of_large_torques_do_not_outvote_others(size):
+    r = torch.tensor([size] * 3 + [1.0] * 5, dtype=torch.float64)[:, None]
+    apart = torch.tensor([size / 2] * 3 + [-1.0] * 5, dtype=torch.float64)[:, None]  # three are halved, five doubled
+    assert float(share_of(gains(r, apart, torch.arange(8)), 2 / 3)) == 0.0
 
 
 def test_what_the_net_gains_on_held_out_recordings_is_used():
