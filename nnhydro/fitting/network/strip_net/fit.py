@@ -13,6 +13,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from nnhydro.errors import ModelError, require
 from nnhydro.fitting.network.gradient_fit import adamw_step, cycle
 from nnhydro.fitting.network.strip_net.memory import Memory
 from nnhydro.fitting.network.strip_net.muon import Muon
@@ -117,7 +118,7 @@ class _Learning:
 
 
 def fit_strip_net(runs: Sequence[StripRun], seed: int, epochs: int = EPOCHS) -> StripNet:
-    """Return a net trained on `runs`."""
+    """Return a net trained on `runs`; raises ModelError where its loss becomes infinite or no number."""
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(seed)
         generator, rng = torch.Generator().manual_seed(seed), np.random.default_rng(seed)
@@ -128,5 +129,7 @@ def fit_strip_net(runs: Sequence[StripRun], seed: int, epochs: int = EPOCHS) -> 
         parts = [part for _ in range(epochs) for part in np.array_split(rng.permutation(len(runs)), batches)]
         for number, part in enumerate(parts):
             loss = _loss(learning.net, [runs[i] for i in part], [weights[i] for i in part], s, net.spread)
+            require(bool(torch.isfinite(loss)), f"the trained memory's loss is {loss.item()} after {number} steps: recordings may hold "
+                    "extreme values (nnhydro check); or train without it (strip_net = false in --config)", ModelError)
             learning.step(loss, number / len(parts))
     return StripNet(*(getattr(learning.net, field.name).detach().double() for field in fields(net)))

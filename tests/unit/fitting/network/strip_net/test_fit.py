@@ -2,11 +2,13 @@
 
 from dataclasses import fields, replace
 
+import pytest
 import torch
 from campaigns import GIVEN, campaign
 from rigs import arm
 from strip_nets import single
 
+from nnhydro.errors import ModelError
 from nnhydro.fitting.network.strip_net.fit import fit_strip_net, loads
 from nnhydro.fitting.network.strip_net.rows import StripRun, Together, runs_of
 from nnhydro.models.learned.strip_inputs import rigid_torque
@@ -62,3 +64,11 @@ def test_a_short_steady_run_beside_a_longer_one_leaves_every_weight_finite():
     steady = StripRun(1, given, *short[:3], None, *short[3:], False, True, run.drift)
     net = fit_strip_net([run, steady], seed=0, epochs=2)
     assert all(bool(x.isfinite().all()) for x in net.arrays().values())
+
+
+def test_a_training_that_diverges_is_told_with_what_to_do():
+    a, every = chosen(seconds=1.0, count=2)
+    runs = runs_of(every, a)
+    broken = replace(runs[0], left=torch.full_like(runs[0].left, torch.inf))
+    with pytest.raises(ModelError, match="strip_net = false"):
+        fit_strip_net([broken, *runs[1:]], seed=0, epochs=2)
