@@ -18,7 +18,7 @@ from scipy.ndimage import uniform_filter1d
 from nnhydro.diagnosis.constants import FORM, RELEVANT
 from nnhydro.diagnosis.problem.baseline import Baseline, baseline_of
 from nnhydro.diagnosis.problem.columns import columns_on, disagreement
-from nnhydro.diagnosis.problem.free_machines import scale_direction, shares_of_largest
+from nnhydro.diagnosis.problem.free_machines import require_motion, scale_direction, shares_of_largest
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, enumerate_hypotheses
 from nnhydro.diagnosis.problem.problem import Problem, Stretch
 from nnhydro.fitting.linear.least_squares import ridge
@@ -263,6 +263,7 @@ def design_of(problem: Problem, baseline: Baseline) -> Design:
     first = build(baseline.with_more(further))
     if not first.undriven:
         return first
+    require_motion(problem)
     direction = scale_direction(first)
     spread = float(np.linalg.norm(direction)) / max(float((first.largest_part**2).sum()), 1e-300)
     return replace(build(first.baseline.with_fixed(direction)), scale_spread=spread)

@@ -14,13 +14,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.problem.problem import Stretch
+from nnhydro.diagnosis.problem.problem import Problem, Stretch
+from nnhydro.errors import CampaignError, require
 from nnhydro.fitting.linear.statistics import columns_and_offset
 
 if TYPE_CHECKING:
     from nnhydro.diagnosis.problem.design import Design
 
 Array = NDArray[np.float64]
+RESTS = 1e-6  # rad, rad/s: range of angles, and largest rate, within which nothing moves: rounding alone
 LEAST = 0.1  # least share of the weight that the model keeps beside a law: no law may carry the machine
 
 
@@ -55,3 +57,11 @@ def scale_direction(design: "Design") -> Array:
     a: Array = rows[..., :r].reshape(-1, r).T @ rows[..., r].ravel()
     rigid = np.array([bool(np.any(column[: 3 * arm.n_links])) for column in base.prior.F.T], dtype=bool)
     return np.where(rigid, a, 0.0) if design.heavy else a
+
+
+def require_motion(problem: Problem) -> None:
+    """Raise CampaignError where nothing moves in any recording of a machine that nothing drives."""
+    segments = [stretch.segment for stretch in problem.stretches]
+    moves = any(max(np.ptp(segment.q, axis=0).max(), np.abs(segment.qd).max()) > RESTS for segment in segments)
+    require(moves, "no joint moves and all torques are 0: these recordings tell nothing; are the channels dead (nnhydro check)?",
+            CampaignError)

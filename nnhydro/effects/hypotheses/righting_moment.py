@@ -55,4 +55,5 @@ class RightingMoment(LoadEffect):
     def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
         grows = "softens" if self.cubic[0] < 0 else "stiffens"
-        return f"The righting moment of the hull {grows} with the heel: by {text['cubic']} times the cube of the angle."
+        return (f"The righting moment of the hull about joint {self.joint} {grows} with the heel: by {text['cubic']} times the cube of the "
+                "angle.")

@@ -42,8 +42,8 @@ def test_every_effect_of_the_catalogue_can_be_hidden_and_is_of_the_same_family()
     from nnhydro.effects.catalogue import catalogue
 
     assert set(names()) == set(FAMILY)
-    assert set(catalogue()) <= set(FAMILY)
-    assert {name: card.family for name, card in catalogue().items()}.items() <= FAMILY.items()
+    of_arms = {name: card.family for name, card in catalogue().items() if card.driven}  # a hull is no arm of a tow tank
+    assert of_arms.items() <= FAMILY.items()
 
 
 @pytest.mark.slow

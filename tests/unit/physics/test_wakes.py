@@ -102,7 +102,7 @@ def test_to_first_order_a_wake_velocity_acts_as_Lambrakos_says_before_and_after_
     moment = 0.5 * flow.rho * flow.D[0] * flow.L[0] ** 2 / 2
     assert_close(columns[:, [0, 1, 3]].sum(1), -2 * moment * w.abs() * m)
     assert bool((columns[100:380, 3] < 0).all()), "a link that goes on is carried, too"
-    assert "While the link goes on" in made("wake_reentry", flow.arm, following=(0.2,)).statement()
+    assert "While the link keeps moving" in made("wake_reentry", flow.arm, following=(0.2,)).statement()
 
 
 def test_a_wake_that_fades_by_itself_is_forgotten_at_rest():

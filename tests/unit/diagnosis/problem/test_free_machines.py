@@ -1,5 +1,7 @@
 """Machines that nothing drives: what holds their scale, and the factor up to which their equation of motion holds."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from campaigns import campaign, planted
@@ -10,6 +12,7 @@ from nnhydro.diagnosis.problem.baseline import baseline_of
 from nnhydro.diagnosis.problem.design import design_of, hypotheses_for
 from nnhydro.diagnosis.problem.free_machines import scale_direction, scale_factor, shares_of_largest
 from nnhydro.diagnosis.problem.problem import problem_of
+from nnhydro.errors import CampaignError
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.filtering.low_pass import LowPass
@@ -85,3 +88,10 @@ def test_the_weight_of_a_free_pendulum_is_held_whatever_its_parameters_do():
     assert np.ptp(first) == pytest.approx(0.0), "its weight stays, its inertia moves beside it"
     assert 0.01 < design.scale_spread < 0.05, "the mass is known to 2 %"
     assert np.allclose(scale_direction(design), 0), "what is held has no further direction"
+
+
+def test_a_machine_that_neither_moves_nor_is_driven_is_refused():
+    still = hanging()
+    rest = [replace(run, q=np.full_like(run.q, -1.5), qd=None, qdd=None) for run in (still.load(name) for name in still.names)]
+    with pytest.raises(CampaignError, match="no joint moves"):
+        of(Campaign.of(still.arm, rest), edge=1.4)
