@@ -113,6 +113,7 @@ def test_a_refined_lag_and_the_coefficients_of_the_water_agree_with_each_other(t
 def test_a_long_lag_a_soft_drive_and_a_mass_that_swings_are_named_alone_with_their_values(torque, effect, values, tmp_path):
     found = nnhydro.diagnose(write_runs(tmp_path, torque))
     assert [f.effect for f in found.findings] == [effect], found.verdict()
+    assert found.result.heldout.driven
     for name, true in values.items():
         told = found.findings[0].parameters[name]
         assert told.value == pytest.approx(true, rel=0.05), name
@@ -169,6 +170,7 @@ def test_a_hull_that_softens_as_it_heels_is_named_with_its_damping(tmp_path):
     assert righting.effect == "righting_moment", found.verdict()
     assert righting.parameters["cubic"].value == pytest.approx(-2 * mass * 9.81 * height, rel=0.1)
     assert "viscous_friction" in damping.equivalence_set, found.verdict()
+    assert not found.result.heldout.driven
     assert found.result.following is None, "no drive could follow a motion that is proposed"
     assert found.result.heldout.after < 0.02 * found.result.heldout.before
 

@@ -279,6 +279,16 @@ def test_of_two_laws_that_explain_the_same_the_one_that_is_possible_is_claimed(f
     assert decide(one, both, 0).claimed.chosen == (1 - fails,)
 
 
+def test_a_member_that_gains_little_beside_a_claimed_one_is_not_judged_without_it():
+    of = design(0, groups=8, rows=30)
+    X = columns(of, len(LAWS))
+    X[..., 1] = X[..., 0] + 0.3 * X[..., 1]
+    of.y = of.y + 0.6 * X[..., 0]
+    one, known = search(of, LAWS, X), {}
+    assert decide(one, one.score((0, 1)), 0, known=known).claimed.chosen == (0,)
+    assert {chosen for chosen, *_ in known} == {(0, 1), (0,)}
+
+
 def test_every_member_that_fails_is_told_with_the_first_test_that_it_fails():
     one = with_planted([0.6], 2)
     decided = decide(one, one.score((0, 4, 5)), 0)

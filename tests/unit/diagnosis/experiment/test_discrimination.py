@@ -171,6 +171,14 @@ def test_a_proposal_that_fails_costs_nothing_but_itself(found, monkeypatch):
     assert whole._plan_next(found, biased(), 0, None) == (None, {"next_experiment": "not planned: singular"})
 
 
+@pytest.mark.parametrize("undriven", [True, False])
+def test_a_motion_is_planned_for_a_machine_that_a_drive_moves_alone(undriven, monkeypatch):
+    monkeypatch.setattr(whole, "next_experiment", lambda *given: "a motion")
+    design = SimpleNamespace(undriven=undriven, problem=SimpleNamespace(names=biased().names))
+    state = SimpleNamespace(design=design, search=None, noise=None, decided=SimpleNamespace(claimed=None), model=None)
+    assert whole._plan_next(state, biased(), 0, None) == (None if undriven else "a motion", {})
+
+
 def test_limits_of_another_arm_are_refused_before_anything_is_done():
     with pytest.raises(ConfigError, match="q_rad has 1 range for an arm of 2"):
         whole.diagnose(biased(), limits=Limits(q_rad=((-1.0, 1.0),)))

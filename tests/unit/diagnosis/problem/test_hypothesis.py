@@ -67,6 +67,12 @@ def test_every_hypothesis_stands_between_its_neighbours_and_counts_the_values_tr
     assert {hypothesis.key[1] for hypothesis in made} <= {0, 1, 2}
 
 
+def test_a_ripple_is_tried_where_it_comes_again_within_the_range_of_the_angles():
+    """In a quarter of a turn, eight periods a turn come twice, seven do not."""
+    laws = [h.effect for h in enumerate_hypotheses(arm(1), (5.0,), ranges=(1.001 * np.pi / 2,)) if h.key[0] == "torque_ripple"]
+    assert min(law.periods[0] for law in laws) == 8.0
+
+
 def test_a_joint_that_moves_little_and_slowly_bends_less_and_loses_its_grip_at_lower_rates():
     def tried(**of):
         """Bendings and speeds of Stribeck's law that are tried."""
