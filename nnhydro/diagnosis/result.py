@@ -14,6 +14,7 @@ from nnhydro.diagnosis.findings.finding import Finding
 from nnhydro.diagnosis.findings.impossible_coefficients import MOST_LEFT
 from nnhydro.diagnosis.unexplained.residual_location import SHOWN, Location, few_names
 from nnhydro.diagnosis.unexplained.unexplained import Remainder
+from nnhydro.effects.catalogue import catalogue
 from nnhydro.models.stated_terms import STATED_COULOMB, stated_values
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.sheet import percent
@@ -149,4 +150,14 @@ class DiagnosisResult:
             return (f"These recordings are too noisy for a diagnosis: noise alone is {100 * self.noise_floor:.0f} % of the torque, and no "
                     "effect exceeds it. Record longer or stronger motions, or repeat these. If the motion has frequencies above the "
                     "cut-off that `nnhydro check` prints, state a higher one (`--cutoff`).")
+        small = [decision for decision in self.decisions if decision.small]
+        if small:
+            return "No missing physics of consequence was detected." + "".join(map(_small_text, small))
         return "No missing physics was detected. The remaining differences are consistent with noise or with recalibrated coefficients."
+
+
+def _small_text(decision: Decision) -> str:
+    """Return that an effect is likely, but too small to be named, as a sentence."""
+    name = catalogue()[decision.effect].name
+    where = f" at joint {decision.joint}" if decision.joint else ""
+    return f" {name[:1].upper()}{name[1:]}{where} is likely, but too small to be named: {decision.reason}."

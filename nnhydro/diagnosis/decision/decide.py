@@ -57,7 +57,7 @@ IMPROBABLE = "a cause outside the catalogue is more probable: much remains, or t
 @final
 @dataclass(frozen=True)
 class Decision:
-    """One candidate, the statistic against its threshold, and why it is claimed or not."""
+    """One candidate, the statistic against its threshold, and why it is claimed or not; `small` is withdrawn for its size alone."""
 
     effect: str
     joint: int
@@ -65,6 +65,7 @@ class Decision:
     threshold: float
     claimed: bool
     reason: str
+    small: bool = False
 
     def document(self) -> dict[str, Any]:
         """Return the decision for diagnosis.json."""
@@ -256,9 +257,9 @@ def withdraw_useless(search: Search, decided: Claims, model: StripTheory, seed: 
         burden = not _falls_enough(without[worst], heldout.after)
         if not burden and _falls_enough(heldout.before, heldout.after):
             return decided, heldout
-        reason = (f"the error on held-out {heldout.unit} hardly falls when it is added, from "
-                  f"{percent(without[worst] if burden else heldout.before)} to {percent(heldout.after)}")
-        decided = _withdraw(search, decided, {worst} if burden else set(without), reason, seed)
+        before = without[worst] if burden else heldout.before
+        reason = f"the error on held-out {heldout.unit} hardly falls when it is added, from {percent(before)} to {percent(heldout.after)}"
+        decided = _withdraw(search, decided, {worst} if burden else set(without), reason, seed, small=before > heldout.after)
 
 
 def _falls_enough(before: float, after: float) -> bool:
@@ -270,11 +271,12 @@ def _falls_enough(before: float, after: float) -> bool:
     return before - after >= RELEVANT * before and before**2 - after**2 >= least**2
 
 
-def _withdraw(search: Search, decided: Claims, gone: Set[int], reason: str, seed: int) -> Claims:
+def _withdraw(search: Search, decided: Claims, gone: Set[int], reason: str, seed: int, *, small: bool) -> Claims:
     """Return the claims without `gone`; the others, and members removed as the form of a claim, are judged again."""
     keys = set(map(search.key, gone))
-    decisions = tuple(replace(decision, claimed=False, reason=reason) if decision.claimed and (decision.effect, decision.joint) in keys
-                      else decision for decision in decided.decisions)
+    withdrawn = {decision for decision in decided.decisions if decision.claimed and (decision.effect, decision.joint) in keys}
+    decisions = tuple(replace(decision, claimed=False, reason=reason, small=small) if decision in withdrawn else decision
+                      for decision in decided.decisions)
     rest = {*decided.claimed.chosen, *decided.as_form} - gone
     again = decide(search, search.score(sorted(rest)), seed)
     judged = {(decision.effect, decision.joint) for decision in again.decisions}

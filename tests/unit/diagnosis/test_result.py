@@ -121,6 +121,13 @@ def test_a_verdict_without_findings_says_whether_there_is_a_mismatch_and_what_hu
     assert diagnosis(0.001, hums=["a hum of 1 N m"]).verdict().endswith(" There is a hum of 1 N m.")
 
 
+def test_an_effect_that_is_likely_but_small_is_neither_named_nor_called_noise():
+    small = Decision("torque_bias", 2, 17.0, 3.0, False, "the error hardly falls", small=True)
+    told = replace(diagnosis(0.5), decisions=(small, replace(small, effect="ambient_current", joint=0, small=False))).verdict()
+    assert told == ("No missing physics of consequence was detected. Torque sensor offset at joint 2 is likely, but too small to be named: "
+                    "the error hardly falls.")
+
+
 def test_every_candidate_that_came_near_is_told_with_its_statistic_its_threshold_and_the_reason():
     (decision,) = diagnosis().document()["decisions"]
     assert decision == {"effect": "backlash", "joint": 2, "statistic": 3.142, "threshold": 4.6, "claimed": False,

@@ -99,7 +99,19 @@ def test_what_was_left_out_as_the_form_of_another_comes_back_when_that_is_useles
     assert decided.claimed.chosen == (0,)
     claims, _ = withdraw_useless(one, decided, None, 0)
     assert claims.claimed.chosen == (1,)
-    assert sorted((d.effect, d.claimed) for d in claims.decisions) == [("law_0", False), ("law_1", True)]
+    assert sorted((d.effect, d.claimed, d.small) for d in claims.decisions) == [("law_0", False, False), ("law_1", True, False)]
+
+
+@pytest.mark.parametrize(("after", "small"), [(0.999, True), (1.001, False)])
+def test_a_claim_that_lowers_the_error_by_too_little_is_small_and_one_that_raises_it_is_not(monkeypatch, after, small):
+    one = with_planted([0.5, 0.0])
+    monkeypatch.setattr(deciding, "measure_errors", lambda search, found, model, seed: HeldoutErrors(
+        1.0, after if found.chosen else 1.0, {search.key(k): 1.0 for k in found.chosen}, [], [], 1.0, 6))
+    decided = decide(one, one.run(), 0)
+    assert decided.claimed.chosen == (0,)
+    claims, _ = withdraw_useless(one, decided, None, 0)
+    assert claims.claimed.chosen == ()
+    assert [(d.effect, d.small) for d in claims.decisions] == [("law_0", small)]
 
 
 def test_a_claim_that_is_improbable_beside_what_is_left_leaves_with_the_one_that_predicts_nothing(monkeypatch):
