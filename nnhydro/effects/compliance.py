@@ -34,14 +34,16 @@ def direction(seen: SensorView, twist: Tensor, joint: int) -> Tensor:
     return dq
 
 
+def reading_at(seen: SensorView, joint: int, twist: Tensor) -> Tensor:
+    """Return the reading (n, joints) N m of an arm whose `joint` (from 1) is twisted by `twist` (n,) rad."""
+    dq = direction(seen, twist, joint)
+    dqd = seen.in_time(dq)
+    return seen.torque_of(seen.flow_moved_by(dq, dqd, seen.in_time(dqd)))
+
+
 def turned_reading(seen: SensorView, joint: int, twist: Callable[[Tensor], Tensor]) -> Tensor:
     """Return the reading (n, joints) N m of an arm whose `joint` (from 1) twists by `twist(tau_j)` (n,) rad, tau_j at the joint."""
-    def torque_at(turn: Tensor) -> Tensor:
-        dq = direction(seen, turn, joint)
-        dqd = seen.in_time(dq)
-        return seen.torque_of(seen.flow_moved_by(dq, dqd, seen.in_time(dqd)))
-
-    return _fixed_point(seen, joint, twist, torque_at)
+    return _fixed_point(seen, joint, twist, lambda turn: reading_at(seen, joint, turn))
 
 
 def _fixed_point(seen: SensorView, joint: int, twist: Callable[[Tensor], Tensor], torque_at: Callable[[Tensor], Tensor]) -> Tensor:

@@ -1,6 +1,6 @@
 """Do the tests notice wrong physics? `python training/reliability/mutants.py [count=500 seed=1 seconds=36000 budget=12]`, `... again=1`.
 
-One place of nnhydro/physics, identification or diagnosis is changed at a time: an operator, a comparison, a constant, a sign, a condition.
+One place of physics, effects, fitting or diagnosis is changed at a time: an operator, a comparison, a constant, a sign, a condition.
 Of the fast tests those run that execute the changed line (covered.py says which; what is set at import: the lines that use it), shortest
 first, until one fails. Places are drawn evenly from all that could be changed, so the share of the killed estimates the share of all; its
 standard error is the binomial one. A mutant that is equivalent (no input shows a difference worth having: equivalent.json, with the reason)

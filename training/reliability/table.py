@@ -15,7 +15,7 @@ def table(results: dict[str, Any]) -> str:
     rows += [("broken or hostile file", r["read"], r["inputs"], r["failures"]) for r in results["fuzz"]["rows"]]
     planted = results["soak"]["of these with an effect"]
     rows.append(("soak", "effects to be named", planted, planted - results["soak"]["effects named"]))
-    rows += [("mutants", r["part"], r["mutants"], r["mutants"] - r["killed (or never ended)"]) for r in results["mutants_2027"]["rows"]]
+    rows += [("mutants", r["part"], r["mutants"], r["mutants"] - r["killed (or never ended)"]) for r in results["mutants_2054"]["rows"]]
     return "\n".join(["| study | command or file | tries | failures |", "|" + " --- |" * 4,
                       *(f"| {study} | {what} | {tries:,} | {failures} |" for study, what, tries, failures in rows)])
 

@@ -147,10 +147,13 @@ def _over_deviations(search: Search, found: ScoredSet) -> Tangents | None:
     for _ in range(ROUNDS - 1):
         deviations = dict(zip(steps, step_of(search, found, made).deviation, strict=True))
         wanted = {at: max(float(deviation), finest[at]) for at, deviation in deviations.items()}
-        if all(1 / FACTOR < wanted[at] / step < FACTOR for at, step in steps.items()):
+        off = {at: step for at, step in wanted.items() if not 1 / FACTOR < step / steps[at] < FACTOR}
+        if not off:
             break
-        steps = wanted
-        made = replace(made, D=_columns(search, found, steps))
+        steps |= off
+        D = made.D.copy()
+        D[..., [made.names.index(at) for at in off]] = _columns(search, found, off)
+        made = replace(made, D=D)
     return made
 
 

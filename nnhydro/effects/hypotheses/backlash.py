@@ -8,7 +8,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from nnhydro.effects.compliance import turned_reading
+from nnhydro.effects.compliance import reading_at, turned_reading
 from nnhydro.effects.effect import InstrumentEffect, Signature, Values, effect, parameter
 from nnhydro.effects.sensor_view import SensorView
 from nnhydro.physics.motion import tensor
@@ -100,8 +100,9 @@ class Backlash(InstrumentEffect):
 
     def apply(self, seen: SensorView) -> Tensor:
         """Return the reading behind the gap."""
-        side = None if seen.measured is None else self._carried_side(seen)
-        return turned_reading(seen, self.joint, lambda tau: self.gap[0] * (self._side(seen, tau) if side is None else side))
+        if seen.measured is not None:
+            return reading_at(seen, self.joint, self.gap[0] * self._carried_side(seen))
+        return turned_reading(seen, self.joint, lambda tau: self.gap[0] * self._side(seen, tau))
 
     def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""

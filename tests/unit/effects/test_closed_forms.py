@@ -8,7 +8,7 @@ import pytest
 import torch
 from hypotheses import made, steady
 from rigs import LINKS, arm, assert_close, hub_at_rest, run, states
-from scipy.integrate import solve_ivp
+from scipy.integrate import quad, solve_ivp
 from stepped import long_run
 
 from nnhydro.effects.catalogue import candidates
@@ -42,6 +42,19 @@ def test_a_hull_is_upright_where_its_weight_hangs_whatever_turn_it_is_counted_in
         np.testing.assert_allclose(tau, -2.0 * x**3 + 0.5 * x**5, atol=1e-12)
     assert "softens" in hull.statement()
     assert "stiffens" in replace(hull, cubic=(2.0,)).statement()
+
+
+@pytest.mark.parametrize(("depth", "direction"), [(0.3, 0.4), (2.0, 0.4), (0.3, 2.9)])
+def test_a_wall_raises_drag_and_added_mass_by_what_the_integral_over_the_link_says(depth, direction):
+    """One link that turns about its hub: tau_a = int c(x) exp(-(1 - x cos(q - d)/L) / depth) x dx."""
+    a, q, qd, qdd = arm(1), 0.4, 1.5, 2.0
+    L, D = LINKS[0]["length_m"], LINKS[0]["diameter_m"]
+    wall = made("wall_proximity", a, 0, depth=(depth,), direction=(direction,))
+    got = wall.columns(Flow(a, Motion.at([[q]], [[qd]], [[qdd]])))[0, 0].numpy()
+    near = lambda x: np.exp((x * np.cos(q - direction) / L - 1) / depth)  # noqa: E731
+    drag = quad(lambda x: 0.5 * a.fluid.density_kg_m3 * D * (qd * x) ** 2 * near(x) * x, 0, L)[0]
+    inertia = quad(lambda x: a.fluid.density_kg_m3 * pi * D**2 / 4 * qdd * x * near(x) * x, 0, L)[0]
+    np.testing.assert_allclose(got, [drag, inertia], rtol=0.005)
 
 
 def bent(k, p, k2, k3):

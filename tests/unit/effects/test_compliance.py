@@ -9,6 +9,7 @@ from rigs import LINKS, arm, assert_close, run
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
+from nnhydro.effects.compliance import oscillator
 from nnhydro.physics.motion import Motion, tensor
 
 
@@ -106,3 +107,16 @@ def test_the_drives_from_which_a_search_starts_are_the_same_behind_a_belt():
         assert one.compliance == pytest.approx(other.compliance)
     at_rest = view(arm(2), steady([[0.2, 1.0]], [[0.0, 0.0]], 0.0, [0.7]))
     assert made("joint_elasticity", arm(2), 2, compliance=(1e-3,)).extra_starts(at_rest) == ()
+
+
+@pytest.mark.parametrize("phase", [0.5, 1.5, 2.5])
+def test_a_resonance_near_the_sampling_rate_rings_with_its_own_period(phase):
+    """Against the same equation integrated by scipy, `phase` radians of the resonance a row: steps of a row each would slow it by a tenth."""
+    t = np.arange(400) * 0.01
+    k, c = (phase / 0.01) ** 2, 0.02 * phase / 0.01
+    load = np.exp(-((t - 0.5) / 0.01) ** 2)
+    curve, one = CubicSpline(t, load), np.ones_like(t)
+    exact = solve_ivp(lambda at, x: [x[1], curve(at) - c * x[1] - k * x[0]], (0, t[-1]), [0.0, 0.0], t_eval=t, rtol=1e-9, atol=1e-15).y[0]
+    x, _, _ = oscillator(t, one, c * one, k * one, load)
+    near = t < 0.8
+    assert np.abs(x - exact)[near].max() < 0.3 * np.abs(exact).max()
