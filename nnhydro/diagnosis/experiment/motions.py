@@ -74,12 +74,12 @@ def _fourier(rig: Rig, rng: np.random.Generator) -> dict[str, Any]:
     reach = np.minimum(rig.q[:, 1] - centre, centre - rig.q[:, 0])
     w = 2 * np.pi * np.exp(rng.uniform(np.log(1.5 / seconds), np.log(max(1.5, 3.0 / seconds)), SINES))
     a = rng.uniform(0.2, 1.0, (joints, SINES)) / w
-    if rng.random() < 0.4:
-        a *= rng.permutation(np.eye(joints)[0])[:, None] * 0.98 + 0.02
+    share = rng.permutation(np.eye(joints)[0]) * 0.98 + 0.02 if rng.random() < 0.4 else np.ones(joints)  # one joint nearly alone
     fade = min(1.0, seconds / 4)
     fastest = (a * (w + 2 / fade)).sum(axis=1)
     hardest = (a * (w**2 + 4 / fade * w + 6 / fade**2)).sum(axis=1)
-    scale = rng.uniform(NARROW, WIDE) * np.min([reach / a.sum(axis=1), rig.rate / fastest, rig.acceleration / hardest], axis=0)
+    most = np.min([reach / a.sum(axis=1), rig.rate / fastest, rig.acceleration / hardest], axis=0)
+    scale = rng.uniform(NARROW, WIDE) * most * share
     return {"kind": "fourier", "q_rad": centre.tolist(), "duration_s": seconds, "fade_s": fade,
             "amplitude_rad": (a * scale[:, None]).tolist(), "frequency_hz": (w / (2 * np.pi)).tolist(),
             "phase_rad": rng.uniform(0, 2 * np.pi, (joints, SINES)).tolist()}

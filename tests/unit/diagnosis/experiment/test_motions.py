@@ -129,7 +129,7 @@ def test_frequencies_run_from_one_and_a_half_periods_a_recording_to_one_and_a_ha
 
 
 def test_sums_of_sines_stay_in_the_range_and_come_near_to_one_of_the_limits():
-    used = []
+    used, alone = [], 0
     for rng in rngs():
         made, a, w = sines(RIG, rng)
         centre = np.array(made["q_rad"])
@@ -137,8 +137,10 @@ def test_sums_of_sines_stay_in_the_range_and_come_near_to_one_of_the_limits():
         most = np.minimum(RIG.q[:, 1] - centre, centre - RIG.q[:, 0])
         rate, acc = (a * (w + 2)).sum(axis=1), (a * (w**2 + 4 * w + 6)).sum(axis=1)  # with the second's fade: worst of a sum of products
         share = np.maximum.reduce([a.sum(axis=1) / most, rate / RIG.rate, acc / RIG.acceleration])
-        assert share == pytest.approx(np.full(2, share[0]), rel=1e-9)
-        used.append(share[0])
+        assert share.min() / share.max() == pytest.approx(1.0, rel=1e-9) or share.min() / share.max() == pytest.approx(0.02, rel=1e-9)
+        alone += share.min() < 0.5 * share.max()
+        used.append(share.max())
+    assert 0.33 < alone / MANY < 0.47, "in two of five, one joint moves nearly alone"
     assert 0.3 <= min(used) < 0.32
     assert 0.97 < max(used) <= 1.0 + 1e-9
 
