@@ -72,7 +72,7 @@ def candidates(effect: type[Effect], arm: Arm, torque_peak: tuple[float, ...] | 
             slow = min(1.0, rates[place - 1] / USUAL_RATE) or 1.0
             grids |= {name: tuple(slow * value for value in grids[name]) for name in effect.rate_scaled}
         found += [_with(law, dict(zip(grids, point, strict=True)))
-                  for law in (started, *started.narrower()) for point in product(*grids.values())]
+                  for law in (started, *started.narrower()) if law.acts_on(arm) for point in product(*grids.values())]
     return tuple(dict.fromkeys(found))  # a law without a parameter is one law, whatever its grid
 
 

@@ -53,6 +53,7 @@ class Effect(ParametricTerm):
     random_intercept: ClassVar[bool] = False  # besides its linear values each recording has an offset at the joint: a random effect
     predictable_share: ClassVar[float] = 1.0  # share of its torque that a fit can predict where it is the cause, as far as that is known
     dissipates: ClassVar[bool] = False  # with the hub at rest no sample gives the drive energy back, but for what a contact was bent
+    shown_by_reversals: ClassVar[tuple[str, ...]] = ()  # parameters that only show where the joint turns both ways
     rate_scaled: ClassVar[tuple[str, ...]] = ()  # parameters whose grid shrinks with the joint's rate, below USUAL_RATE
     torque_scaled: ClassVar[tuple[str, ...]] = ()  # parameters whose grid is in shares of the joint's largest torque
     spread: ClassVar[Mapping[str, tuple[float, ...]]] = {}  # multiples of a parameter over which a law of other form spreads what it does
@@ -91,6 +92,10 @@ class Effect(ParametricTerm):
     def narrower(self) -> tuple[Self, ...]:
         """Return laws with fewer parameters that are also tried; an omitted parameter has no values. None by default."""
         return ()
+
+    def acts_on(self, arm: Arm) -> bool:
+        """Return whether this law makes sense for `arm`; by default wherever the effect does."""
+        return True
 
     def centre(self, angles: tuple[float, ...]) -> Self:
         """Return the effect as a law about the mean `angles` (joints,) rad of the campaign; itself where no origin matters."""

@@ -204,8 +204,9 @@ def _exempt_members(search: Search, claimed: ScoredSet, heldout: HeldoutErrors) 
     """Return the members of the set that are claimed whatever the error on held-out recordings.
 
     One kind: only with them the fitted baseline agrees with arm.yaml, |z| <= Phi^-1(1 - P_ALARM / 2). Calibration would hide a payload in
-    the masses of a link, for example. The other kind cannot be predicted (`_is_unpredictable`), and lowers the error of the fit enough: by
-    FORM if its phase differs between recordings, else to the share of its energy that its card calls unpredictable.
+    the masses of a link, for example. Where masses differ between recordings, their mean is no evidence. The other kind cannot be
+    predicted (`_is_unpredictable`), and lowers the error of the fit enough: by FORM if its phase differs between recordings, else to the
+    share of its energy that its card calls unpredictable.
     """
     most = -float(ndtri(P_ALARM / 2))
 
@@ -221,7 +222,8 @@ def _exempt_members(search: Search, claimed: ScoredSet, heldout: HeldoutErrors) 
     rests = {k: search.score(claimed.without(k)) for k in claimed.chosen}
     unpredicted = {k for k, rest in rests.items() if _is_unpredictable(search, k)
                    and fitted_error(search, claimed, heldout) < largest_ratio(k) * fitted_error(search, rest, heldout)}
-    return unpredicted | {k for k, rest in rests.items() if not contradicts_arm(claimed) and contradicts_arm(rest)}
+    needed = {k for k, rest in rests.items() if not contradicts_arm(claimed) and contradicts_arm(rest)}
+    return unpredicted | {k for k in needed if nats_of_parameters_per_recording(search, rests[k]) < search.gain(rests[k], claimed)}
 
 
 def _is_unpredictable(search: Search, k: int) -> bool:

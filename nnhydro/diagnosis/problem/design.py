@@ -287,7 +287,8 @@ def hypotheses_for(design: Design, without: Sequence[str] = ()) -> tuple[Hypothe
     angles, rates = (np.concatenate([getattr(segment, name)[segment.keep] for segment in segments]) for name in ("q", "qd"))
     made = enumerate_hypotheses(design.problem.arm, tuple(np.max(measured, axis=0).tolist()), without, not design.undriven,
                                 tuple(np.ptp(angles, axis=0).tolist()), tuple(angles.mean(axis=0).tolist()),
-                                tuple(np.sqrt((rates**2).mean(axis=0)).tolist()), tuple(np.abs(rates).min(axis=0).tolist()))
+                                tuple(np.sqrt((rates**2).mean(axis=0)).tolist()), tuple(np.abs(rates).min(axis=0).tolist()),
+                                tuple((np.minimum(rates.max(axis=0), -rates.min(axis=0)) > 0.1 * np.abs(rates).max(axis=0)).tolist()))
     longest = max((float(np.ptp(segment.t)) for segment in segments if not segment.steady), default=0.0)
     band, excited = (WAVE_PERIODS / longest if longest > 0 else 0.0, design.problem.edge), design.excited
 

@@ -119,10 +119,13 @@ def grid_neighbours(values: Sequence[float], value: float) -> Span:
             2 * value - low if high is None and low is not None else high or 0.0)
 
 
-def _details(effect: AnyEffect, ranges: tuple[float, ...]) -> dict[str, tuple[float, ...]]:
-    """The values of the parameters that refine its shape, smaller where its joint turns through less than a radian."""
+def _details(effect: AnyEffect, ranges: tuple[float, ...], reverses: tuple[bool, ...]) -> dict[str, tuple[float, ...]]:
+    """The values of the parameters that refine its shape; angles are smaller where its joint turns through less than a radian."""
     scale = min(1.0, ranges[effect.joint - 1] or 1.0) if ranges and effect.joint else 1.0
-    return {name: tuple(scale * value for value in values) for name, values in effect.details().items()}
+    hidden = effect.shown_by_reversals if reverses and effect.joint and not reverses[effect.joint - 1] else ()
+    units = {field.name: field.metadata["unit"] for field in effect.parameters()}
+    return {name: tuple((scale if units[name] == "rad" else 1.0) * value for value in values)
+            for name, values in effect.details().items() if name not in hidden}
 
 
 def _shapes(effect: AnyEffect, details: Mapping[str, Sequence[float]]) -> Iterator[AnyEffect]:
@@ -142,11 +145,13 @@ def _thin(points: Sequence[AnyEffect], grids: Mapping[str, Sequence[float]]) -> 
 
 def enumerate_hypotheses(arm: Arm, peaks: tuple[float, ...], without: Sequence[str] = (), driven: bool = True,
                          ranges: tuple[float, ...] = (), means: tuple[float, ...] = (),
-                         rates: tuple[float, ...] = (), slowest: tuple[float, ...] = ()) -> tuple[Hypothesis, ...]:
+                         rates: tuple[float, ...] = (), slowest: tuple[float, ...] = (),
+                         reverses: tuple[bool, ...] = ()) -> tuple[Hypothesis, ...]:
     """Return every hypothesis that makes sense for the arm; `peaks` (joints,) N m, the largest torques measured.
 
     `ranges` (joints,) rad are the joints' ranges of angle: what is periodic shows in one period at least. `means` are their
-    mean angles, about which laws of the angle are written, `rates` their rms rates, rad/s, `slowest` their lowest. Where the arm is not
+    mean angles, about which laws of the angle are written, `rates` their rms rates, rad/s, `slowest` their lowest, and `reverses` says
+    which turn both ways. Where the arm is not
     `driven`, no effect that acts on a drive or its sensor can show: these are left out. Some are of free bodies alone.
     """
     made: list[Hypothesis] = []
@@ -161,7 +166,7 @@ def enumerate_hypotheses(arm: Arm, peaks: tuple[float, ...], without: Sequence[s
         points = [point for point in points if not (ranges and point.joint) or point.narrowest() <= ranges[point.joint - 1]]
         points = [point for point in points if not (slowest and point.joint) or point.slowest() >= slowest[point.joint - 1]]
         for point in points:
-            details = _details(point, ranges)
+            details = _details(point, ranges, reverses)
             grids = cls.grids() | {name: (0.0, *values) for name, values in details.items()}
             same = [other for other in points if other.joint == point.joint]
             for effect in _shapes(point, details):

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from diagnosed import BUOYANCY, FRICTION, campaign, diagnosed, named, value
+from diagnosed import FRICTION, campaign, diagnosed, named, value
 
 from nnhydro.diagnosis import diagnose as engine
 from nnhydro.diagnosis.constants import LISTED, NULL_QUANTILE
@@ -69,12 +69,10 @@ def test_a_friction_that_is_much_larger_than_stated_is_named():
     assert told.findings[0].parameters["level"].value == pytest.approx(FRICTION - 0.2, rel=0.15)
 
 
-def test_the_buoyancy_of_an_upright_arm_is_found_as_a_force_upward():
+def test_the_buoyancy_of_an_upright_arm_is_found_as_the_weight_of_the_displaced_water():
     told = diagnosed("upright under water")
     assert [f.effect for f in told.findings] == ["buoyancy_tilt"]
-    said = told.findings[0].parameters
-    assert said["force"].value == pytest.approx(BUOYANCY, rel=0.01)
-    assert said["direction"].value == pytest.approx(np.pi / 2, abs=0.01)
+    assert told.findings[0].parameters["lift"].value == pytest.approx(1.0, rel=0.01)
 
 
 def test_rates_that_lag_the_angles_are_told():

@@ -352,6 +352,30 @@ def test_a_tilted_plane_pulls_as_gravity_would():
     assert tilt.quantities()["direction"].value == pytest.approx(-pi / 2)
 
 
+def test_the_displaced_water_lifts_each_link_by_its_weight_at_the_links_middle():
+    """A link pointing along +X is carried by rho pi/4 D^2 L g L/2; upright it needs none; a level or dry arm has no such law."""
+    a = arm(1, gravity_m_s2=9.81)
+    lift = made("buoyancy_tilt", a, force_X=(), force_Y=(), lift=(0.8,))
+    L, D = LINKS[0]["length_m"], LINKS[0]["diameter_m"]
+    moment = 0.8 * 1000.0 * pi / 4 * D**2 * L * 9.81 * L / 2
+    assert_close(lift.torque(Flow(a, steady([[0.0], [pi / 2], [1.1]]))), tensor([[-moment], [0.0], [-moment * np.cos(1.1)]]), atol=1e-12)
+    assert lift.standard
+    assert not made("buoyancy_tilt", a, force_X=(1.0,), force_Y=(0.0,)).standard
+    assert lift.acts_on(a)
+    assert not lift.acts_on(arm(1))
+    assert not lift.acts_on(arm(1, density=0.0, gravity_m_s2=9.81))
+    assert "the weight in air alone" in lift.statement()
+
+
+def test_viscous_friction_may_differ_between_the_directions_and_says_so_only_where_it_does():
+    law = made("viscous_friction", arm(2), 2, coefficient=(0.5,), asymmetry=(0.2,))
+    motion = steady(np.zeros((2, 2)), [[0.3, 2.0], [0.3, -2.0]])
+    assert_close(law.torque(Flow(arm(2), motion)), tensor([[0.0, 1.2], [0.0, -0.8]]))
+    assert "forwards it is larger by the share" in law.statement({"coefficient": (0.4, 0.6), "asymmetry": (0.1, 0.3)})
+    assert "forwards" not in law.statement({"coefficient": (0.4, 0.6), "asymmetry": (-0.1, 0.5)})
+    assert "forwards" not in replace(law, asymmetry=()).statement()
+
+
 def test_folding_back_changes_the_sheltered_links_drag_alone():
     a = arm(2)
     drag = NormalDrag((0.0, 1.0)).torque

@@ -111,7 +111,7 @@ def test_the_drives_from_which_a_search_starts_are_the_same_behind_a_belt():
 
 @pytest.mark.parametrize("phase", [0.5, 1.5, 2.5])
 def test_a_resonance_near_the_sampling_rate_rings_with_its_own_period(phase):
-    """Against the same equation integrated by scipy, `phase` radians of the resonance a row: steps of a row each would slow it by a tenth."""
+    """Against the same equation integrated by scipy, `phase` radians of the resonance a row: steps of a row would slow it."""
     t = np.arange(400) * 0.01
     k, c = (phase / 0.01) ** 2, 0.02 * phase / 0.01
     load = np.exp(-((t - 0.5) / 0.01) ** 2)
