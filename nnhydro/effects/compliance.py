@@ -79,7 +79,8 @@ def ringing_twist(seen: SensorView, joint: int, stiffness: float, damping: float
     resonance, from rest under the first torque. Where the resonance lies beyond the samples nothing rings. The cubic spring is found in
     HARDENING_ROUNDS, each with the stiffness at the twist before. Source: linearisation of Spong (1987), with a damped spring.
     """
-    twist = _linear_twist(seen, joint, torch.full_like(seen.motion.t, stiffness), damping)
+    twist = seen.memo.of(("linear twist", joint, stiffness, damping),
+                         lambda: _linear_twist(seen, joint, torch.full_like(seen.motion.t, stiffness), damping))
     square = twist[0] ** 2
     for _ in range(HARDENING_ROUNDS if isfinite(doubled) else 0):
         before = twist[0].abs()

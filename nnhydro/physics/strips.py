@@ -48,17 +48,18 @@ class Strips:
     @cached_property
     def x(self) -> Tensor:  # (links, s) m
         """Distance of each strip's middle from the link's own joint."""
-        return self.ds[:, None] * (torch.arange(self.per_link, dtype=torch.float64) + 0.5)
+        places = torch.arange(self.per_link, dtype=torch.float64) + 0.5
+        return self.flow.memo.of((Strips, "x", self.per_link), lambda: self.ds[:, None] * places)
 
     @cached_property
     def w(self) -> Tensor:  # (n, links, s) m/s
         """Normal velocity A x + B of each strip."""
-        return self.flow.A[..., None] * self.x + self.flow.B[..., None]
+        return self.flow.memo.of((Strips, "w", self.per_link), lambda: self.flow.A[..., None] * self.x + self.flow.B[..., None])
 
     @cached_property
     def dw(self) -> Tensor:  # (n, links, s) m/s^2
         """Normal acceleration M x + N of each strip, in the link's frame."""
-        return self.flow.M[..., None] * self.x + self.flow.N[..., None]
+        return self.flow.memo.of((Strips, "dw", self.per_link), lambda: self.flow.M[..., None] * self.x + self.flow.N[..., None])
 
     def force_moment(self, f: Tensor) -> tuple[Tensor, Tensor]:  # (n, links) N, (n, links) N m
         """Return the force along n_i and the moment about the link's own joint of `f` (n, links, s) N/m."""

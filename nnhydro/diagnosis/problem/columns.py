@@ -58,11 +58,11 @@ def columns_on(hypotheses: Sequence[Hypothesis], model: StripTheory, stretch: St
 
     effects = [hypothesis.effect_in(stretch.group) for hypothesis in hypotheses]
     _prepare(flow, [effect for effect in effects if isinstance(effect, LoadEffect)])
-    made, start = np.empty((*segment.q.shape, sum(hypothesis.width for hypothesis in hypotheses))), 0
+    made, start = np.empty((sum(hypothesis.width for hypothesis in hypotheses), *segment.q.shape[::-1])).T, 0  # a column lies side by side
     for hypothesis, effect in zip(hypotheses, effects, strict=True):
         made[..., start:start + hypothesis.width] = columns(hypothesis, effect).numpy()
         start += hypothesis.width
-    return np.nan_to_num(made, copy=False)
+    return made if np.isfinite(made).all() else np.nan_to_num(made, copy=False)
 
 
 def _prepare(flow: Flow, loads: Sequence[LoadEffect]) -> None:

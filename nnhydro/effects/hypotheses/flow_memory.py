@@ -1,8 +1,9 @@
 """Hypothesis: drag lags behind the motion."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import final
+from functools import partial
+from typing import Self, final
 
 import torch
 from torch import Tensor
@@ -11,10 +12,16 @@ from nnhydro.effects.effect import LoadEffect, Signature, Values, effect, parame
 from nnhydro.effects.quantity import Quantity
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.strips import Strips
-from nnhydro.physics.travel.wake_memory import lag_behind, share_missed
+from nnhydro.physics.travel.wake_memory import lags_behind, share_missed
 
 STRIPS = 10  # a link
 TINY = 1e-12  # m: water at rest has no travel
+
+
+def _lagging(strips: Strips, v: float) -> tuple[Tensor, Tensor, Tensor]:
+    """Return |w|, what lags, |w|^(1-v) w, and what its lag is multiplied by, 0.5 rho D |w|^v, (n, links, s) each."""
+    w = strips.w.abs()
+    return w, w ** (1 - v) * strips.w, 0.5 * strips.flow.rho * strips.flow.D[:, None] * w**v
 
 
 @effect
@@ -49,9 +56,8 @@ class FlowMemory(LoadEffect):
 
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d share, (n, joints, links)."""
-        strips = Strips.of(flow, STRIPS)
-        w, v = strips.w.abs(), sum(self.velocity)
-        lagging, scale = w ** (1 - v) * strips.w, 0.5 * flow.rho * flow.D[:, None] * w**v
+        strips, v = Strips.of(flow, STRIPS), sum(self.velocity)
+        w, lagging, scale = flow.memo.of((type(self), v), lambda: _lagging(strips, v))
         memory, carried = self.response[0] * w + self.travel[0] * flow.D[:, None], flow.motion.carried
         if carried is not None:  # stepped through time
             rate = carried.steps(3) * w / (memory + TINY)
@@ -66,8 +72,36 @@ class FlowMemory(LoadEffect):
             return strips.to_joints(-scale * now[..., 1])
         if flow.motion.steady or len(w) < 2:
             return strips.to_joints(torch.zeros_like(w))
-        steps = torch.diff(flow.motion.t, prepend=flow.motion.t[:1])[:, None, None]
-        return strips.to_joints(-scale * lag_behind(lagging, steps * w / (memory + TINY)))
+        known = flow.memo.of(type(self), dict[tuple[float, ...], Tensor])
+        return known[self._law] if self._law in known else self._together(flow, [v])[0]
+
+    @property
+    def _law(self) -> tuple[float, ...]:
+        """All that the columns depend on."""
+        return self.response[0], self.travel[0], sum(self.velocity)
+
+    def _together(self, flow: Flow, velocities: Sequence[float]) -> list[Tensor]:
+        """The columns (n, joints, links) of this memory for each of `velocities`."""
+        strips = Strips.of(flow, STRIPS)
+        laws = [flow.memo.of((type(self), v), partial(_lagging, strips, v)) for v in velocities]
+        memory = self.response[0] * laws[0][0] + self.travel[0] * flow.D[:, None]
+        rate = torch.diff(flow.motion.t, prepend=flow.motion.t[:1])[:, None, None] * laws[0][0] / (memory + TINY)
+        lags = lags_behind([lagging for _, lagging, _ in laws], rate)
+        return [strips.to_joints(-scale * lag) for (_, _, scale), lag in zip(laws, lags, strict=True)]
+
+    @classmethod
+    def prepare(cls, flow: Flow, effects: Sequence[Self]) -> None:
+        """Compute the columns of laws that remember alike together."""
+        if flow.motion.steady or flow.motion.carried is not None or len(flow.motion.t) < 2:
+            return
+        alike: dict[tuple[float, ...], dict[float, Self]] = {}
+        for law in effects:
+            alike.setdefault(law._law[:2], {})[law._law[2]] = law
+        known = flow.memo.of(cls, dict[tuple[float, ...], Tensor])
+        for memory, laws in alike.items():
+            if len(laws) > 1:
+                made = next(iter(laws.values()))._together(flow, list(laws))
+                known.update(zip([(*memory, v) for v in laws], made, strict=True))
 
     def quantities(self) -> dict[str, Quantity]:
         """Return the values, and by link share times response and share times travel: all that changes slower than the lag tell of it."""

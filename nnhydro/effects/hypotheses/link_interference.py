@@ -68,15 +68,27 @@ class LinkInterference(LoadEffect):
 
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d (shelter, side, shadow), (n, joints, 3)."""
-        link = self.joint - 1
+        folded = flow.memo.of((type(self), self.joint, "power", *self.power), lambda: self._folded(flow))
+        return torch.cat([folded, flow.memo.of((type(self), self.joint, "reach", *self.reach), lambda: self._shadowed(flow))], dim=-1)
+
+    def _folded(self, flow: Flow) -> Tensor:
+        """d tau / d (shelter, side), (n, joints, 2)."""
+        link, strips = self.joint - 1, Strips.of(flow, STRIPS)
         bend = flow.motion.q[:, max(link, 1)]
         ahead = torch.sin(bend) if link else -torch.sin(bend)  # the neighbour lies on the side of +n
-        strips = Strips.of(flow, STRIPS)
         folded = ((1 - torch.cos(bend)) / 2) ** self.power[0]
         side = torch.sign(strips.w[:, link]) * torch.tanh(ahead / ALIGNED)[:, None]
-        shares = torch.zeros(*strips.w.shape, 3, dtype=torch.float64)
-        shares[:, link, :, 0], shares[:, link, :, 1] = folded[:, None], folded[:, None] * side
-        shares[:, link, :, 2] = shadow(flow, strips, link, self.reach[0])
+        return self._columns(strips, torch.stack([folded[:, None].expand_as(side), folded[:, None] * side], dim=-1))
+
+    def _shadowed(self, flow: Flow) -> Tensor:
+        """d tau / d shadow, (n, joints, 1)."""
+        strips = Strips.of(flow, STRIPS)
+        return self._columns(strips, shadow(flow, strips, self.joint - 1, self.reach[0])[..., None])
+
+    def _columns(self, strips: Strips, share: Tensor) -> Tensor:
+        """The joint torques (n, joints, p) of the link's drag times `share` (n, s, p)."""
+        shares = torch.zeros(*strips.w.shape, share.shape[-1], dtype=torch.float64)
+        shares[:, self.joint - 1] = share
         return strip_columns(strips, unit_drag(strips), shares).sum(2)
 
     def sentence(self, text: Mapping[str, str]) -> str:

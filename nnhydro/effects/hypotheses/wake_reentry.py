@@ -16,6 +16,11 @@ from nnhydro.physics.travel.wake_memory import dragged_along, overtaking, overta
 STRIPS = 10  # a link
 
 
+def _arm_torque(flow: Flow, f: Tensor) -> Tensor:
+    """Return the joint torques (n, joints) of the drag that `f` (n, links, s) m^2/s^2 stands for."""
+    return sum_over_links(Strips.of(flow, STRIPS).to_joints(0.5 * flow.rho * flow.D[:, None] * f))
+
+
 @effect
 @final
 @dataclass(frozen=True)
@@ -59,17 +64,25 @@ class WakeReentry(LoadEffect):
 
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d (slowing, meeting, push, following), (n, joints, 4), or of the first three."""
-        strips = Strips.of(flow, STRIPS)
-        w, carried = strips.w, flow.motion.carried
+        w, carried = Strips.of(flow, STRIPS).w, flow.motion.carried
         if flow.motion.steady and carried is None:
             return torch.zeros(len(w), flow.arm.n_links, 3 + len(self.following), dtype=torch.float64)
+        key = (type(self), "columns", *self._law, self.second)
+        first = flow.memo.of(key, lambda: self._columns(flow, w))  # of both laws, with `following` and without
+        if not self.following:
+            return torch.stack(first[:3], dim=-1)
+        last = flow.memo.of((*key, "following"), lambda: _arm_torque(flow, -2 * w.abs() * (first[3] - first[4])))
+        return torch.stack([*first[:3], last], dim=-1)
+
+    def _columns(self, flow: Flow, w: Tensor) -> tuple[Tensor, ...]:
+        """d tau / d (slowing, meeting, push), (n, joints) each, the water behind the strips and how much faster it runs (n, links, s)."""
+        carried = flow.motion.carried
         m = self._behind(flow, w) if carried is None else self._carried_wake(flow, w, carried)
         o = torch.sign(m) * (m.abs() - (w * torch.sign(m)).clamp(min=0)).clamp(min=0)
         first = -2 * w.abs() * o
         rest = (w - o).abs() * (w - o) - w.abs() * w - first
         back = m * w < 0
-        parts = (torch.where(back, 0.0, first), torch.where(back, first, 0.0), rest, *[-2 * w.abs() * (m - o)] * len(self.following))
-        return torch.stack([sum_over_links(strips.to_joints(0.5 * flow.rho * flow.D[:, None] * f)) for f in parts], dim=-1)
+        return *(_arm_torque(flow, f) for f in (torch.where(back, 0.0, first), torch.where(back, first, 0.0), rest)), m, o
 
     def _carried_wake(self, flow: Flow, w: Tensor, carried: StepMemory) -> Tensor:
         """The water behind the strips of arms that are stepped through time: the wake v and what it drags along, from step to step."""

@@ -1,12 +1,14 @@
 """What the water remembers of the motion before: first-order memories in time or in distance travelled.
 
     relax        dm = (target - m) dr                       m follows the target, r the time or the travel in units of the memory
-    lag_behind   de = d target - e dr                       e = target - m, for a target that is linear between the rows
+    lags_behind  de = d target - e dr                       e = target - m, for a target that is linear between the rows
     overtaking   dv/dt = (w - v) k,  k = max(|w|, |v|)/(lambda D) + r    velocity of the wake: it goes on when the link has stopped
                  s dm/dt = (v - m) k                               and of the water that this wake drags along in turn       [m/s]
 
 Source: first-order relaxation, an assumption of ours; McLain & Rock (1998), eq. (1), for the distance travelled as the argument.
 """
+
+from collections.abc import Sequence
 
 import numpy as np
 import torch
@@ -18,16 +20,18 @@ def relax(target: Tensor, rate: Tensor, start: Tensor) -> Tensor:
     """Return m (n, ...) of m_k = m_{k-1} exp(-rate_k) + target_k (1 - exp(-rate_k)), m_0 = start; exact for constant rates."""
     decay = np.broadcast_to(torch.exp(-rate).numpy(), target.shape).copy()
     m = (1 - decay) * (target - start).numpy()  # from the start on: what never changes stays exactly what it was
-    return _accumulate(m, decay) + start
+    return _accumulate([m], decay)[0] + start
 
 
-def lag_behind(target: Tensor, rate: Tensor) -> Tensor:
-    """Return by how much m lags, e (n, ...) of e_k = e_{k-1} exp(-rate_k) + (target_k - target_{k-1}) (1 - exp(-rate_k))/rate_k, e_0 = 0.
+def lags_behind(targets: Sequence[Tensor], rate: Tensor) -> list[Tensor]:
+    """Return by how much memories of one `rate` (n, ...) lag behind each of `targets` (n, ...), e (n, ...) of
+
+        e_k = e_{k-1} exp(-rate_k) + (target_k - target_{k-1}) (1 - exp(-rate_k))/rate_k,  e_0 = 0.
 
     Exact where target and rate are linear and constant between the rows: however short the memory is beside the step.
     """
-    risen = torch.diff(target, dim=0, prepend=target[:1]) * share_missed(rate)
-    return _accumulate(risen.numpy(), np.broadcast_to(torch.exp(-rate).numpy(), target.shape).copy())
+    missed = share_missed(rate)
+    return _accumulate([(torch.diff(target, dim=0, prepend=target[:1]) * missed).numpy() for target in targets], torch.exp(-rate).numpy())
 
 
 def share_missed(rate: Tensor) -> Tensor:
@@ -35,15 +39,17 @@ def share_missed(rate: Tensor) -> Tensor:
     return torch.where(rate > 0, -torch.expm1(-rate) / torch.where(rate > 0, rate, 1.0), 1.0)
 
 
-def _accumulate(m: NDArray[np.float64], decay: NDArray[np.float64]) -> Tensor:
-    """Return m_k + decay_k m_{k-1}, m_0 = 0; writes over both."""
-    m[:1] = 0.0
-    step = 1
-    while step < len(m):  # the recursions of 1, 2, 4, ... rows joined: n log n instead of n steps in Python
-        m[step:] = m[step:] + decay[step:] * m[:-step]
+def _accumulate(targets: Sequence[NDArray[np.float64]], decay: NDArray[np.float64]) -> list[Tensor]:
+    """Return m_k + decay_k m_{k-1}, m_0 = 0, of every m in `targets`; writes over all."""
+    step, found = 1, list(targets)
+    for m in found:
+        m[:1] = 0.0
+    while step < len(decay):  # the recursions of 1, 2, 4, ... rows joined: n log n instead of n steps in Python
+        for m in found:
+            m[step:] = m[step:] + decay[step:] * m[:-step]
         decay[step:] = decay[step:] * decay[:-step]
         step *= 2
-    return torch.from_numpy(m)
+    return [torch.from_numpy(m) for m in found]
 
 
 def overtaking(t: Tensor, w: Tensor, length: Tensor, fading: float = 0.0, second: float = 0.0) -> Tensor:

@@ -1,10 +1,12 @@
 """Wakes: drag that lags, wakes that grow, wakes that are met again, shedding."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
 from hypotheses import made
-from rigs import arm, assert_close
+from rigs import arm, assert_close, run
 
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_term import term_of
@@ -152,7 +154,21 @@ def test_wakes_of_several_laws_computed_together_are_those_of_each_alone():
     flow, _ = stopped(-0.4)
     laws = [made("wake_reentry", flow.arm, length=(length,), fading=(fading,), second=(second,))
             for length, fading, second in ((2.0, 0.0, 0.0), (8.0, 0.5, 0.5), (8.0, 0.5, 0.0), (31.7, 1.3, 0.0))]
+    laws += [replace(laws[1], following=()), replace(laws[3], following=())]
     together = flow.again()
     type(laws[0]).prepare(together, laws)
     for law in laws:
-        assert torch.equal(law.columns(together), law.columns(flow))
+        assert torch.equal(law.columns(together), law.columns(flow.again()))
+
+
+@pytest.mark.parametrize(("name", "joint", "values"), [
+    ("flow_memory", 0, [{"response": (0.03,)}, {"response": (0.03,), "velocity": (1.0,)}, {"response": (0.5,), "travel": (1.0,)}]),
+    ("link_interference", 2, [{"power": (power,), "reach": (reach,)} for power in (0.5, 2.0) for reach in (3.0, 10.0)])])
+def test_columns_of_several_laws_on_one_motion_are_those_of_each_alone(name, joint, values):
+    """What they share is computed once."""
+    flow = Flow(arm(2), run(2, 300))
+    laws = [made(name, flow.arm, joint, **chosen) for chosen in values]
+    together = flow.again()
+    type(laws[0]).prepare(together, laws)
+    for law in laws:
+        assert torch.equal(law.columns(together), law.columns(flow.again()))

@@ -6,7 +6,7 @@ import torch
 from rigs import assert_close
 
 from nnhydro.physics.motion import tensor
-from nnhydro.physics.travel.wake_memory import lag_behind, overtaking, relax, share_missed
+from nnhydro.physics.travel.wake_memory import lags_behind, overtaking, relax, share_missed
 
 
 def test_a_memory_joined_by_doubling_is_the_step_by_step_recursion():
@@ -29,8 +29,10 @@ def test_a_memory_of_a_step_fades_exponentially_and_one_that_never_changes_stays
 def test_behind_a_ramp_the_memory_lags_by_its_length():
     rate = torch.full((400, 1), 0.05, dtype=torch.float64)
     ramp = 0.3 * torch.arange(400, dtype=torch.float64)[:, None]
-    assert float(lag_behind(ramp, rate)[-1, 0]) == pytest.approx(0.3 / 0.05, rel=1e-6)
-    assert_close(lag_behind(ramp, rate)[:5], ramp[:5] - _followed(ramp, 0.05)[:5])
+    late, twice = lags_behind([ramp, 2 * ramp], rate)
+    assert float(late[-1, 0]) == pytest.approx(0.3 / 0.05, rel=1e-6)
+    assert_close(late[:5], ramp[:5] - _followed(ramp, 0.05)[:5])
+    assert_close(twice, 2 * late)
 
 
 def _followed(ramp, rate):
