@@ -150,8 +150,11 @@ class Problem:
         if block.steady:
             return part
         dt = self.stretches[block.stretch].segment.dt
-        result: Array = dct(part.T, axis=-1, norm="ortho")[..., :block.modes] * np.sqrt(dt)  # along what lies side by side
-        return result.T
+        if x.flags.f_contiguous:  # along what lies side by side
+            along: Array = dct(part.T, axis=-1, norm="ortho")[..., :block.modes] * np.sqrt(dt)
+            return along.T
+        result: Array = dct(part, axis=0, norm="ortho")[: block.modes] * np.sqrt(dt)
+        return result
 
     def inverse(self, block: Block, c: Array) -> Array:
         """Return the band-limited rows (block rows, ...) of the coefficients `c` (modes, ...)."""

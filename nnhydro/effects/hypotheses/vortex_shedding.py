@@ -28,13 +28,16 @@ def in_cells(speed: Tensor, cell: Tensor) -> Tensor:
     return torch.stack(made, dim=1)
 
 
-def _phase_and_drag(flow: Flow, cell: float) -> tuple[Tensor, Tensor, Tensor]:
-    """Phase psi / St (n, links, s) of each strip, its unit drag's force N and moment N m; in single precision, which is 1e-4 rad in psi."""
+def _phase_and_drag(flow: Flow, cell: float) -> tuple[Tensor, Tensor]:
+    """Phase psi / St (n, links, s) of each strip, and its unit drag's force N and moment N m (n, links, s, 2).
+
+    In single precision, which is 1e-4 rad in psi.
+    """
     strips = Strips.of(flow, STRIPS)
     speed = in_cells(strips.w.abs(), cell * flow.D / flow.L)
     path = torch.cat([torch.zeros_like(speed[:1]), torch.cumulative_trapezoid(speed, flow.motion.t, dim=0)])
     force = unit_drag(strips) * strips.ds[:, None]
-    return (4 * pi * path / flow.D[:, None]).float(), force.float(), (force * strips.x).float()
+    return (4 * pi * path / flow.D[:, None]).float(), torch.stack([force, force * strips.x], dim=-1).float()
 
 
 @effect
@@ -75,10 +78,10 @@ class VortexShedding(LoadEffect):
         n, links = flow.motion.q.shape
         if flow.motion.steady or n < 2:
             return torch.zeros(n, links, 2 * links, dtype=torch.float64)
-        phase, force, moment = flow.memo.of((type(self), self.cell[0]), lambda: _phase_and_drag(flow, self.cell[0]))
+        phase, drag = flow.memo.of((type(self), self.cell[0]), lambda: _phase_and_drag(flow, self.cell[0]))
         psi = self.strouhal[0] * phase
-        made = [flow.normal_columns(*((wave * part).sum(dim=-1).to(torch.float64) for part in (force, moment)))
-                for wave in (torch.cos(psi), torch.sin(psi))]
+        both = (torch.stack([torch.cos(psi), torch.sin(psi)], dim=-2) @ drag).to(torch.float64)  # (n, links, 2, 2)
+        made = [flow.normal_columns(*wave.unbind(-1)) for wave in both.unbind(-2)]
         return torch.cat(made, dim=-1)
 
     def quantities(self) -> dict[str, Quantity]:
