@@ -166,7 +166,7 @@ def enumerate_hypotheses(arm: Arm, peaks: tuple[float, ...], without: Sequence[s
         points = [point for point in points if not (ranges and point.joint) or point.narrowest() <= ranges[point.joint - 1]]
         points = [point for point in points if not (slowest and point.joint) or point.slowest() >= slowest[point.joint - 1]]
         for point in points:
-            details = _details(point, ranges, reverses)
+            details = _details(point, ranges, reverses if driven else (False,) * arm.n_links)  # a free body's zero of the angle looks alike
             grids = cls.grids() | {name: (0.0, *values) for name, values in details.items()}
             same = [other for other in points if other.joint == point.joint]
             for effect in _shapes(point, details):

@@ -114,6 +114,15 @@ def test_a_claim_that_lowers_the_error_by_too_little_is_small_and_one_that_raise
     assert [(d.effect, d.small) for d in claims.decisions] == [("law_0", small)]
 
 
+@pytest.mark.parametrize(("differ", "exempt"), [(0.0, {0}), (1e6, set())], ids=["masses as in every recording", "masses that change"])
+def test_a_claim_stays_for_the_sake_of_arm_yaml_only_where_the_masses_are_the_same_in_all_recordings(monkeypatch, differ, exempt):
+    one = with_planted([0.5, 0.0])
+    claimed = one.score((0,))
+    monkeypatch.setattr(deciding, "best_fit", lambda search, found: SimpleNamespace(z=np.array([0.1 if found.chosen else 9.0])))
+    monkeypatch.setattr(deciding, "nats_of_parameters_per_recording", lambda search, rest: differ)
+    assert deciding._exempt_members(one, claimed, None) == exempt
+
+
 def test_a_claim_that_is_improbable_beside_what_is_left_leaves_with_the_one_that_predicts_nothing(monkeypatch):
     one = with_planted([0.5, -0.4])
     monkeypatch.setattr(deciding, "listed_probability", lambda search, found, k: 0.006 if found.chosen == (1,) else 1.0)

@@ -37,6 +37,15 @@ def test_recordings_are_told_apart_by_values_of_their_own_or_by_acting_in_some_o
     assert replace(found, activity=activity).differs_between_recordings is differs
 
 
+@pytest.mark.parametrize(("driven", "reverses", "tried"), [
+    (True, (True, True), {1, 2}), (True, (True, False), {1}), (False, (True, True), set())])
+def test_friction_that_differs_between_the_directions_is_tried_where_a_driven_joint_turns_both_ways(driven, reverses, tried):
+    """One way only it is the same as a larger friction, and on a body that swings freely as another zero of its angle."""
+    laws = enumerate_hypotheses(arm(2), PEAKS, driven=driven, reverses=reverses)
+    assert {h.key[1] for h in laws if h.key[0] == "viscous_friction" and any(h.effect.asymmetry)} == tried
+    assert {h.key[1] for h in laws if h.key[0] == "viscous_friction"} == {1, 2}
+
+
 NUMBERS = st.lists(st.floats(-100, 100, allow_subnormal=False).map(lambda x: round(x, 3)), min_size=1, max_size=8, unique=True)
 
 
