@@ -26,7 +26,8 @@ def test_a_larger_arm_at_the_same_rates_looks_the_same_but_for_viscosity():
     one, two = (StripInputs.of(Flow(a, motion)) for a in (small, large))
     assert_close(one.x, two.x, 1e-9, 1e-9)
     assert_close(one.plain[..., :2], two.plain[..., :2], 1e-9, 1e-9)
-    assert bool((two.r > one.r)[one.speeds[..., 0] > 0.1].all())
+    assert bool((two.r > one.r)[..., 0][one.speeds[..., 0] > 0.1].all())
+    assert_close(two.r[..., 1:3], one.r[..., 1:3], 1e-9, 1e-9)
 
 
 def test_weights_integrate_cubics_along_the_link():
