@@ -5,7 +5,7 @@ from dataclasses import fields, replace
 import torch
 from rigs import run
 
-from nnhydro.models.learned.strip_inputs import PLAIN, arm_columns
+from nnhydro.models.learned.strip_inputs import EVEN, PLAIN, arm_columns
 from nnhydro.models.learned.strip_net import StripNet
 from nnhydro.physics.flow import Flow
 
@@ -19,9 +19,10 @@ def net(a, seed=0):
     def n(*shape):
         return torch.randn(*shape, generator=generator, dtype=torch.float64)
 
-    one = torch.ones(1, dtype=torch.float64)
-    return StripNet(0.5 + n(ODD).abs(), n(1), 1 + one, -one, 3 * one, one, n(ODD - 1, SIZE), n(SIZE, 3 * k), n(SIZE + 1, 2 * k), n(2 * k),
-                    n(k), n(k), n(SIZE + 3 * k + 1, SIZE), n(k + 1, SIZE), n(SIZE), n(SIZE, 1), n(ODD, 1), n(PLAIN),
+    one = torch.ones(EVEN, dtype=torch.float64)
+    return StripNet(0.5 + n(ODD).abs(), n(EVEN), 1 + one, -one, 3 * one, one[:1], n(ODD - 1, SIZE), n(SIZE, 3 * k),
+                    n(SIZE + 1, 2 * k), n(2 * k), n(k), n(k), n(SIZE + 3 * k + 1, SIZE), n(k + 1, SIZE), n(SIZE), n(SIZE, 1),
+                    0.3 * n(EVEN - 1, SIZE), n(ODD, 1), n(PLAIN),
                     n(arm_columns(Flow(a, run(a.n_links))).shape[2]))
 
 

@@ -76,10 +76,18 @@ def interference(view: View) -> Features:
     return Features(odd, odd[:, :0])
 
 
+def in_wakes(flow: Flow, x: Tensor) -> Tensor:
+    """Return how strongly, from 0, strips lie in the wakes of other links, (n, links, reaches, s), at the `stations` x (links, s) m."""
+    links = range(flow.arm.n_links)
+    none = torch.zeros(len(flow.motion), len(REACHES), x.shape[1], dtype=torch.float64)
+
+    def of_link(i: int) -> Tensor:
+        return sum((torch.stack(shielding(flow, x, p, i), dim=1) for p in links if p != i), start=none)
+
+    return flow.memo.of(("in_wakes", x.shape[1]), lambda: torch.stack([of_link(i) for i in links], dim=1))
+
+
 @state_set("shadow")
 def shadow(view: StripView) -> Tensor:
     """Return how strongly, from 0, each strip lies in the wakes of the other links, (n, links, reaches, s)."""
-    links = range(view.flow.arm.n_links)
-    none = torch.zeros(len(view.w), len(REACHES), view.x.shape[1], dtype=torch.float64)
-    return torch.stack([sum((torch.stack(shielding(view.flow, view.x, p, i), dim=1) for p in links if p != i), start=none)
-                        for i in links], dim=1)
+    return in_wakes(view.flow, view.x)

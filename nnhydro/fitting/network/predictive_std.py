@@ -12,6 +12,7 @@ are ours.
 """
 
 from dataclasses import replace
+from itertools import product
 from statistics import NormalDist
 
 import numpy as np
@@ -20,8 +21,8 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from nnhydro.fitting.network.rows import CHUNK, Rows
-from nnhydro.fitting.network.stacking import NETWORKS, SHARES, credit, held_out, stack
-from nnhydro.models.learned.learned import LearnedTorque, spread_of
+from nnhydro.fitting.network.stacking import CAUTIONS, NETWORKS, SHARES, credit, held_out, stack
+from nnhydro.models.learned.learned import CAUTION, LearnedTorque, spread_of
 
 Array = NDArray[np.float64]
 RIDGE = 1e-4  # lambda, of the largest eigenvalue of C: directions that the recordings hardly move in are not counted
@@ -67,7 +68,8 @@ def out_of_fold(model: LearnedTorque, rows: Rows, watched: Tensor) -> tuple[Tens
         assert rows.linear is not None
         members = model.correction(x, scale, rows.linear[piece].double().transpose(0, 1))
         mine = watched[:, rows.unit[piece]]
-        predicted, target = held_out(members, mine, scale, None if model.baseline is None else left_out), rows.target_of(piece, mine)
+        shrunk_by = (None if model.baseline is None else left_out, model.fit.get(CAUTION, 1.0))
+        predicted, target = held_out(members, mine, scale, *shrunk_by), rows.target_of(piece, mine)
         whole = members if rows.parting is None else members + rows.parting[piece].double().transpose(0, 1)
         scatter = whole.std(dim=0) if len(members) > 1 else torch.zeros_like(predicted)
         if rows.replaced is not None:
@@ -116,20 +118,25 @@ def _with_networks(model: LearnedTorque, b: float) -> LearnedTorque:
     return replace(model, ensemble=model.ensemble.times(factor))
 
 
+def _with_caution(model: LearnedTorque, q: float) -> LearnedTorque:
+    """The model with q times its members' disagreement, and its distance from the training."""
+    return replace(model, fit={**model.fit, CAUTION: q}, support=None if model.support is None else q**0.5 * model.support)
+
+
 def with_trust(model: LearnedTorque, rows: Rows, watched: Tensor) -> LearnedTorque:
     """Return `model` stacked on the recordings that its members watch (stacking.py): how much of its networks and, of a hybrid, of all
-    that is learned. A model none of whose recordings was watched stays as it is.
+    that is learned, and how cautiously. A model none of whose recordings was watched stays as it is.
     """
     if not bool(watched.any()):
         return model
-    candidates = {}
-    for b in NETWORKS:
-        r, _, _, _, unit, target = out_of_fold(_with_networks(model, b), rows, watched)
-        candidates[b] = target - r
-    hybrid = model.baseline is not None
-    b, trust = stack(target, candidates, unit, SHARES if hybrid else (1.0,))
+    hybrid, candidates = model.baseline is not None, {}
+    for q, b in product(CAUTIONS if hybrid else CAUTIONS[:1], NETWORKS):
+        r, _, _, _, unit, target = out_of_fold(_with_networks(_with_caution(model, q), b), rows, watched)
+        candidates[q, b] = target - r
+    (q, b), trust = stack(target, candidates, unit, SHARES if hybrid else (1.0,))
     fitted = float((~watched).double().mean())
-    return replace(_with_networks(model, b), trust=credit(trust, fitted) if hybrid else None)
+    chosen = _with_networks(_with_caution(model, q) if hybrid else model, b)
+    return replace(chosen, trust=credit(trust, fitted) if hybrid else None)
 
 
 def with_std(model: LearnedTorque, rows: Rows, watched: Tensor) -> LearnedTorque:

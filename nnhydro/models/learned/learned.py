@@ -36,12 +36,13 @@ WIDENING = 3.0  # a feature a third of its half range outside, or a link a third
 FAR = 3.0  # half ranges outside: beyond them all that can be said is that it is far
 FILTERS = [list(TRAVEL), list(LASTING), list(SWINGING), [COUNT, LENGTH]]  # what the strips' water remembers: a model has one such set
 LEFT_OUT = "left_out"  # in the record of the fit: the share of the recordings that each member left out of it
+CAUTION = "caution"  # there: how much of the members' disagreement counts
 BASELINE, LAW, FREE, WATER = "baseline.", "law.", "free.", "water."  # before the names of a part's tensors
 
 
 def memory_filters(trained: bool) -> list[Any]:
     """Return what the strips' water remembers, with a trained memory beside the filters or without."""
-    return [*FILTERS, "trained"] if trained else FILTERS
+    return [*FILTERS, "trained, with surroundings"] if trained else FILTERS
 
 
 def reference_terms(arm: Arm, motion: Motion) -> dict[str, Tensor]:
@@ -197,7 +198,7 @@ A hybrid uses of the members' mean as much as exceeds their disagreement (shrink
         odd, free = self._parts(view, x)
         learned, scatter = odd.mean(dim=0), (odd + free).std(dim=0) if len(odd) > 1 else torch.zeros_like(base)
         if self.baseline is not None:
-            doubted = (1 + WIDENING * self.excess(view, x)) ** 2 * jackknife(odd, self.fit.get(LEFT_OUT, 0.0))
+            doubted = (1 + WIDENING * self.excess(view, x)) ** 2 * jackknife(odd, self.fit.get(LEFT_OUT, 0.0), self.fit.get(CAUTION, 1.0))
             learned, replaced = shrink(learned, doubted, view.scale), self.replacement(view, x, base)
             if replaced is not None:
                 learned, scatter = self.blend(learned, scatter, *replaced)

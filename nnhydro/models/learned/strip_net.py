@@ -2,13 +2,15 @@
 
     e = tanh(A x),   rate = FASTEST sigmoid(G (e^2, r) + g),   d = D e
     h <- keep turn^2 h + (1 - keep) turn d,   keep = exp(-rate dsigma),   turn = exp(i (theta dsigma + kappa ds)/2)
-    y = c [tanh(v + o) - tanh(v - o)]/2 + S x,   o = B (e, odd h, X),   v = C (even h, r) + b
+    y = c (1 + P p) [tanh(v + o) - tanh(v - o)]/2 + S x,   o = B (e, odd h, X),   v = C (even h, r) + b
     f = rho D V^2 y + rho D (|w| w, D dw, ...) theta_0                                                              [N/m]
 
-x are odd in the mirror, r even; dsigma is the way on the clock of the wake, ds the signed way, in diameters; rate and d hold in mid step.
-Half of the states swing over the way and are odd. Half keep what was left at a place of the water: their real part is odd, the imaginary
-one even. So y is exactly odd. X, the acceleration, is not remembered. Stable by construction: keep < 1 and |turn| = 1, so |h| <= max |d|.
-Rotations are written with cosines and sines, as exports know them. Source: Gu & Dao (2023), arXiv 2312.00752 (rates that follow the input);
+x are odd in the mirror, r and p even. p is where the strip lies: it makes the load of every neuron larger or smaller, by nothing before
+training. dsigma is the way on the clock of the wake, ds the signed way, in diameters; rate and d hold in mid step. Half of the states swing
+over the way and are odd. Half keep what was left at a place of the water: their real part is odd, the imaginary one even. So y is exactly
+odd. X, the acceleration, is not remembered. Stable by construction: keep < 1 and |turn| = 1, so |h| <= max |d|. Rotations are written with
+cosines and sines, as exports know them.
+Source: Gu & Dao (2023), arXiv 2312.00752 (rates that follow the input);
 Orvieto et al. (2023), arXiv 2303.06349 (diagonal complex states); the places are ours.
 """
 
@@ -47,10 +49,10 @@ class StripNet:
     """The net as it was learned, its inputs' scales, and coefficients of plain loads and of the body's (features/body_columns.py)."""
 
     spread: Tensor  # (odd,)
-    middle: Tensor  # (1,)
-    wide: Tensor  # (1,)
-    lowest: Tensor  # (1,) of r in training
-    highest: Tensor  # (1,)
+    middle: Tensor  # (even,)
+    wide: Tensor  # (even,)
+    lowest: Tensor  # (even,) of r in training
+    highest: Tensor  # (even,)
     drift: Tensor  # (1,) m^2/s^2: largest square of the base's speed in training
     inner: Tensor  # A (odd - 1, size)
     drive: Tensor  # D (size, 3 k): real and imaginary part of states that swing, real part of places; k = size/2
@@ -62,6 +64,7 @@ class StripNet:
     even: Tensor  # C (k + 1, size)
     even_bias: Tensor  # b (size,)
     out: Tensor  # c (size, 1)
+    place: Tensor  # P (even - 1, size)
     skip: Tensor  # S (odd, 1)
     plain: Tensor  # (PLAIN,)
     body: Tensor  # (columns,) of `arm_columns`
@@ -72,10 +75,10 @@ class StripNet:
         return 4 * len(self.theta)
 
     def encode(self, z: StripInputs) -> tuple[Tensor, Tensor, Tensor]:
-        """Return e (n, s, size), rate and d (n, s, 5 k) side by side, and r (n, s, 1), scaled, within the range of training."""
+        """Return e (n, s, size), rate and d (n, s, 5 k) side by side, and r with p (n, s, even), scaled, within what was trained."""
         r = (torch.minimum(torch.maximum(z.r, self.lowest), self.highest) - self.middle) / self.wide
         e = tanh((z.x[..., :-1] / self.spread[:-1]) @ self.inner)
-        rate = FASTEST * torch.sigmoid(torch.cat([e**2, r], dim=-1) @ self.gate + self.gate_bias)
+        rate = FASTEST * torch.sigmoid(torch.cat([e**2, r[..., :1]], dim=-1) @ self.gate + self.gate_bias)
         return e, torch.cat([rate, e @ self.drive], dim=-1), r
 
     def increments(self, middle: Tensor, way: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor]:
@@ -97,8 +100,8 @@ class StripNet:
         x = z.x / self.spread
         swung, unturned = im.chunk(2, dim=-1)
         o = torch.cat([e, re, swung, x[..., -1:]], dim=-1) @ self.odd
-        v = torch.cat([unturned, r], dim=-1) @ self.even + self.even_bias
-        y = ((tanh(v + o) - tanh(v - o)) / 2) @ self.out + x @ self.skip
+        v = torch.cat([unturned, r[..., :1]], dim=-1) @ self.even + self.even_bias
+        y = ((tanh(v + o) - tanh(v - o)) / 2 * (1 + r[..., 1:] @ self.place)) @ self.out + x @ self.skip
         return z.speeds[..., 0] ** 2 * y[..., 0] + z.plain @ self.plain
 
     def lasting(self, both: Tensor, speeds: Tensor) -> tuple[Tensor, Tensor]:

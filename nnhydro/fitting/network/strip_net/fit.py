@@ -57,7 +57,8 @@ def _fresh(runs: Sequence[StripRun], generator: torch.Generator) -> StripNet:
               torch.tensor([max(run.drift for run in runs)]))
     inward = (weights(odd - 1, SIZE), weights(SIZE, 3 * k), weights(SIZE + 1, 2 * k), torch.logit(rate), draws(0.0, 1.3, k),
               draws(0.0, 3.0, k))
-    outward = weights(SIZE + 3 * k + 1, SIZE), weights(k + 1, SIZE), draws(-0.33, 0.33, SIZE), torch.zeros(SIZE, 1), weights(odd, 1)
+    outward = (weights(SIZE + 3 * k + 1, SIZE), weights(k + 1, SIZE), draws(-0.33, 0.33, SIZE), torch.zeros(SIZE, 1),
+               torch.zeros(r.shape[1] - 1, SIZE), weights(odd, 1))
     return StripNet(*scales, *inward, *outward, torch.zeros(PLAIN), torch.zeros(runs[0].columns.shape[2]))
 
 

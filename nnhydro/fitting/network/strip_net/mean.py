@@ -35,7 +35,7 @@ def mean_of(nets: Sequence[StripNet]) -> StripNet:
     def every(name: str) -> list[Tensor]:
         return [getattr(net, name) for net in nets]
 
-    side_by_side = {name: torch.cat(every(name), dim=-1) for name in ("inner", "theta", "kappa", "even_bias")}
+    side_by_side = {name: torch.cat(every(name), dim=-1) for name in ("inner", "theta", "kappa", "even_bias", "place")}
     matrices = {"drive": _apart(every("drive"), [size], [k, k, k]), "gate": _apart(every("gate"), [size], [k, k]),
                 "odd": _apart(every("odd"), [size, k, k, k], [size]), "even": _apart(every("even"), [k], [size]),
                 "gate_bias": _apart([bias[None] for bias in every("gate_bias")], [], [k, k])[0], "out": torch.cat(every("out")) / count}

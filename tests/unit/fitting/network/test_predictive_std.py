@@ -1,6 +1,6 @@
 """A standard deviation is worth its name: it covers what it says, grows where nothing was shown, and survives storage."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from statistics import NormalDist
 from typing import Any
 
@@ -164,6 +164,7 @@ def hybrid(members):
         baseline: Any = "there"
         trust: Any = None
         doubt: Any = None
+        fit: Any = field(default_factory=dict)
 
         def familiarity(self, x):
             return torch.full((len(x), 1), 0.8, dtype=torch.float64)

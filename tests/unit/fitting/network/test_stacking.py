@@ -5,7 +5,7 @@ import pytest
 import torch
 from training_rows import watched_rows
 
-from nnhydro.fitting.network.stacking import NETWORKS, losses, stack
+from nnhydro.fitting.network.stacking import CAUTIONS, NETWORKS, held_out, losses, stack
 
 
 def test_a_correction_is_used_as_far_as_held_out_recordings_confirm_it():
@@ -18,6 +18,19 @@ def test_a_correction_is_used_as_far_as_held_out_recordings_confirm_it():
     assert stack(target, {0.0: 0.5 * target, 1.0: target}, unit)[0] == 1.0
     assert stack(target, {1.0: 3.0 * target, 0.0: target}, unit)[0] == 0.0, "networks that only harm are left out"
     assert stack(target, {b: (0.5 - 0.001 * b) * target for b in NETWORKS}, unit, (1.0,))[0] == 1.0, "a hair does not tell against them"
+
+
+def test_caution_is_given_up_only_where_members_foretell_kinds_that_they_have_not_seen():
+    rows = watched_rows()
+    target, unit = rows.target.double(), rows.unit
+    members = torch.stack([0.2 * target, 1.6 * target])  # they disagree, and are right in the mean
+
+    def choice(factor):
+        said = {q: held_out(factor * members, torch.ones(2, len(unit), dtype=torch.bool), rows.scale.double(), 1 / 3, q) for q in CAUTIONS}
+        return stack(target, said, unit)[0]
+
+    assert choice(1.0) == CAUTIONS[-1]
+    assert choice(-1.0) == CAUTIONS[0], "what is wrong anyway is no reason to be less cautious"
 
 
 def test_what_helps_many_and_ruins_one_recording_is_not_used():

@@ -1,5 +1,7 @@
 """Networks and hybrids of any weights: mirror, rest, bounds, and the mean of the members."""
 
+from dataclasses import replace
+
 import pytest
 import torch
 from rigs import arm, at_rest, mirrored_about_Y, run, states
@@ -7,7 +9,7 @@ from torch.func import jacrev
 from untrained import learned
 
 from nnhydro.features.feature_set import feature_sets
-from nnhydro.models.learned.learned import LEFT_OUT, WIDENING, view_of
+from nnhydro.models.learned.learned import CAUTION, LEFT_OUT, WIDENING, view_of
 from nnhydro.models.learned.shrinkage import jackknife, shrink
 
 KINDS = pytest.mark.parametrize("hybrid", [False, True], ids=["network", "hybrid"])
@@ -76,6 +78,16 @@ def test_the_prediction_is_the_mean_of_the_members_of_a_hybrid_shrunk_towards_it
     doubted = (1 + WIDENING * model.excess(view, model.standardised_features(view))) ** 2 * jackknife(members - base, model.fit[LEFT_OUT])
     torch.testing.assert_close(model.torque(run(2)) - base, shrink((members - base).mean(0), doubted, view.scale))
     assert bool(((model.torque(run(2)) - base).abs() <= (members - base).mean(0).abs() + 1e-12).all())
+
+
+def test_the_less_caution_the_more_is_used_of_what_members_disagree_about():
+    model, motion = learned(arm(2), True), run(2)
+    base, mean = model.baseline.torque(motion), model.members(motion).mean(dim=0)
+    used = [replace(model, fit={**model.fit, CAUTION: q}).torque(motion) - base for q in (1.0, 0.1, 0.0)]
+    torch.testing.assert_close(used[0], model.torque(motion) - base)
+    assert bool((used[1].abs() >= used[0].abs()).all())
+    assert float((used[1] - used[0]).abs().max()) > 0
+    torch.testing.assert_close(used[2], mean - base)
 
 
 def test_beyond_what_it_has_seen_the_net_holds_its_inputs_at_the_edge():

@@ -4,6 +4,8 @@ import pytest
 import torch
 from rigs import arm, assert_close, mirrored_about_Y, run, scaled, states
 
+from nnhydro.features.interference import shadow
+from nnhydro.features.strip_law.state import StripView
 from nnhydro.features.wake import stations
 from nnhydro.models.baselines import BASELINES
 from nnhydro.models.learned.strip_inputs import POINTS, StripInputs, _weights, arm_columns, drift, rigid_torque, sensor_torque
@@ -26,7 +28,20 @@ def test_a_larger_arm_at_the_same_rates_looks_the_same_but_for_viscosity():
     one, two = (StripInputs.of(Flow(a, motion)) for a in (small, large))
     assert_close(one.x, two.x, 1e-9, 1e-9)
     assert_close(one.plain[..., :2], two.plain[..., :2], 1e-9, 1e-9)
-    assert bool((two.r > one.r)[one.speeds[..., 0] > 0.1].all())
+    assert bool((two.r > one.r)[..., 0][one.speeds[..., 0] > 0.1].all())
+    assert_close(two.r[..., 1:3], one.r[..., 1:3], 1e-9, 1e-9)
+
+
+def test_a_strip_sees_the_end_of_its_link_which_link_it_is_on_and_the_wakes_that_it_runs_into():
+    a, motion = arm(2), run(2)
+    place = StripInputs.of(Flow(a, motion)).r[..., 1:].unflatten(1, (2, len(POINTS)))
+    assert_close(place[..., 1], torch.tensor([-1.0, 1.0], dtype=torch.float64)[:, None].expand(len(motion), -1, len(POINTS)))
+    assert bool((place[..., 0].diff(dim=2) > 0).all()), "nearer to the outer end"
+    assert float(place[..., 0].max()) < 1.0
+    law = shadow(StripView(Flow(a, motion)))[..., POINTS].mT
+    assert_close(place[..., 2:], law)
+    assert float(law[:, 1].max()) > 0.1, "link 2 runs into the wake of link 1"
+    assert not StripInputs.of(Flow(arm(1), run(1))).r[..., 3:].any(), "a single link runs into none"
 
 
 def test_weights_integrate_cubics_along_the_link():

@@ -4,7 +4,7 @@ from dataclasses import fields, replace
 
 import pytest
 import torch
-from campaigns import GIVEN, campaign
+from campaigns import GIVEN, campaign, planted
 from rigs import arm
 from strip_nets import single
 
@@ -32,6 +32,19 @@ def test_a_net_learns_of_recordings_what_others_hold():
     flow = Flow(a, Motion.of(segment))
     left = tensor(segment.tau) - rigid_torque(flow)
     assert float((left - net.torque(flow)).abs().sum() / left.abs().sum()) < 0.35
+
+
+def test_a_net_learns_that_links_of_unlike_shape_have_unlike_drag():
+    a = arm(2)
+    whole = campaign(a, planted(a, C_D=(0.5, 2.0)), 6, seconds=2.5, rate=40.0)
+    every = units(whole, GIVEN, 0, group_names(whole))
+    net = fit_strip_net(runs_of(every[:5], a), seed=0)
+    segment, = every[5].segments()
+    flow = Flow(a, Motion.of(segment))
+    left = tensor(segment.tau) - rigid_torque(flow)
+    placed, blind = (float((left - each.torque(flow)).abs().sum() / left.abs().sum()) for each in (net, replace(net, place=0 * net.place)))
+    assert placed < 0.35
+    assert blind > 1.2 * placed
 
 
 def test_the_same_seed_gives_the_same_net_whatever_was_drawn_before():
