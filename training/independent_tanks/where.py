@@ -1,7 +1,8 @@
 """Where the error of a hybrid stands: `python training/independent_tanks/where.py ns_tank vortex_tank`, from root; minutes a tank.
 
-The hybrid of every fold of run.py is trained again. Errors are sum |tau - model| / sum |tau| in % on held-out recordings: by kind of motion,
-and by sixths of a recording's rows, the first to the last. Bands in Hz: rms error over rms torque, and the share of all squared error, in %.
+The hybrid of every fold of run.py is trained again. Errors are sum |tau - model| / sum |tau| in % on held-out recordings: by kind of
+motion, and by sixths of a recording's rows, the first to the last. Bands in Hz: rms error over rms torque, and the share of all squared
+error, in %.
 """
 
 import sys
@@ -29,7 +30,7 @@ def main() -> None:
         how = campaign.plan(choices.cutoff_hz)
         split = protocol_called("leave-recordings-out").split(
             Material((campaign,), (how,), (group_names(campaign),), config["folds"], config["seed"]))
-        parts: dict = defaultdict(lambda: np.zeros(2))
+        parts: dict[tuple[str, object], np.ndarray] = defaultdict(lambda: np.zeros(2))
         for fold in split.folds:
             model = train_units([split.units[i] for i in fold.fitted], campaign.arm, how, choices)
             for unit in (split.units[i] for i in fold.held_out):
