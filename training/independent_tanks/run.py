@@ -27,7 +27,9 @@ HEAD = ["# Learned models on independent tanks", "",
         "- `> 1.1`: number of recordings on which the error is more than 1.1 times that of `constant`.",
         "- `95 %`: share of held-out rows within the model's 95 % intervals.", "",
         "| tank | protocol | model | error | bar | worst | > 1.1 | 95 % |", f"|{' --- |' * 8}"]
-TAIL = ["", "The memory that rivera_tank plants is of first order. No feature has this memory: those of features/wake.py are of second",
+TAIL = ["", "`python training/independent_tanks/where.py ns_tank` prints where the error of the hybrid stands: by kind of motion,",
+        "by time, and by frequency.", "",
+        "The memory that rivera_tank plants is of first order. No feature has this memory: those of features/wake.py are of second",
         "order. One version of nnhydro made this table. In results.json, `version` is the hash of the folder `nnhydro`",
         "in git (`git rev-parse --short COMMIT:nnhydro`).", ""]
 

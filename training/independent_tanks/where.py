@@ -30,7 +30,7 @@ def main() -> None:
         how = campaign.plan(choices.cutoff_hz)
         split = protocol_called("leave-recordings-out").split(
             Material((campaign,), (how,), (group_names(campaign),), config["folds"], config["seed"]))
-        parts: dict = defaultdict(lambda: np.zeros(2))
+        parts: dict[tuple[str, object], np.ndarray] = defaultdict(lambda: np.zeros(2))
         for fold in split.folds:
             model = train_units([split.units[i] for i in fold.fitted], campaign.arm, how, choices)
             for unit in (split.units[i] for i in fold.held_out):

@@ -4,7 +4,7 @@
 
 m is the mean of the E members' corrections m_k, v its variance by the jackknife. Each member has left out the share d of the recordings,
 motions of one kind (fitting/network/kinds.py): members agree where what they learned holds for any kind, and part where a motion leaves
-what was trained. How far that foretells an error differs from rig to rig. So the caution q is chosen on recordings of kinds that members
+what was trained. How far that predicts an error differs from rig to rig. So the caution q is chosen on recordings of kinds that members
 have not seen (fitting/network/stacking.py). Inputs are held within the range of training, where members cannot part any more: w = 1 + 3 e'
 widens v outside of it, e' being the excess of learned.py. Among known motions c is m; far from them w^2 v outgrows m^2, and the baseline
 remains. e keeps the way through zero smooth. Source: Wiener's filter, sample by sample; jackknife that leaves out d: Shao & Wu (1989),

@@ -20,7 +20,7 @@ def test_a_correction_is_used_as_far_as_held_out_recordings_confirm_it():
     assert stack(target, {b: (0.5 - 0.001 * b) * target for b in NETWORKS}, unit, (1.0,))[0] == 1.0, "a hair does not tell against them"
 
 
-def test_caution_is_given_up_only_where_members_foretell_kinds_that_they_have_not_seen():
+def test_caution_is_given_up_only_where_members_predict_kinds_that_they_have_not_seen():
     rows = watched_rows()
     target, unit = rows.target.double(), rows.unit
     members = torch.stack([0.2 * target, 1.6 * target])  # they disagree, and are right in the mean
