@@ -68,10 +68,10 @@ class LinkInterference(LoadEffect):
 
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d (shelter, side, shadow), (n, joints, 3)."""
-        folded = flow.memo.of((type(self), self.joint, "power", *self.power), lambda: self._folded(flow))
-        return torch.cat([folded, flow.memo.of((type(self), self.joint, "reach", *self.reach), lambda: self._shadowed(flow))], dim=-1)
+        folded = flow.memo.of((type(self), self.joint, "power", *self.power), lambda: self._folding_columns(flow))
+        return torch.cat([folded, flow.memo.of((type(self), self.joint, "reach", *self.reach), lambda: self._shadow_columns(flow))], dim=-1)
 
-    def _folded(self, flow: Flow) -> Tensor:
+    def _folding_columns(self, flow: Flow) -> Tensor:
         """d tau / d (shelter, side), (n, joints, 2)."""
         link, strips = self.joint - 1, Strips.of(flow, STRIPS)
         bend = flow.motion.q[:, max(link, 1)]
@@ -80,7 +80,7 @@ class LinkInterference(LoadEffect):
         side = torch.sign(strips.w[:, link]) * torch.tanh(ahead / ALIGNED)[:, None]
         return self._columns(strips, torch.stack([folded[:, None].expand_as(side), folded[:, None] * side], dim=-1))
 
-    def _shadowed(self, flow: Flow) -> Tensor:
+    def _shadow_columns(self, flow: Flow) -> Tensor:
         """d tau / d shadow, (n, joints, 1)."""
         strips = Strips.of(flow, STRIPS)
         return self._columns(strips, shadow(flow, strips, self.joint - 1, self.reach[0])[..., None])
