@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-LOST = ("half written", "lost", "finished otherwise than undisturbed")  # of a run that is killed
+LOST = ("half written", "lost", "result differs from an undisturbed run")  # of a run that is killed
 
 
 def table(results: dict[str, Any]) -> str:
