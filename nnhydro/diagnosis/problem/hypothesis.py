@@ -171,7 +171,8 @@ def enumerate_hypotheses(arm: Arm, peaks: tuple[float, ...], without: Sequence[s
             same = [other for other in points if other.joint == point.joint]
             for effect in _shapes(point, details):
                 values = {name: sorted({x for other in same for x in getattr(other, name)[:1]} |
-                                       set(grids[name] if name in details else ())) for name in grids if getattr(effect, name)}
+                                       set(grids[name] if name in details else ())) for name in grids
+                          if getattr(effect, name) and (any(getattr(effect, name)) or name not in effect.shown_by_reversals)}
                 spans = {name: grid_neighbours(values[name], getattr(effect, name)[0]) for name in values}
                 made.append(Hypothesis(effect, len(same), spans))
     return tuple(made)

@@ -107,11 +107,8 @@ def test_a_claim_that_lowers_the_error_by_too_little_is_small_and_one_that_raise
     one = with_planted([0.5, 0.0])
     monkeypatch.setattr(deciding, "measure_errors", lambda search, found, model, seed: HeldoutErrors(
         1.0, after if found.chosen else 1.0, {search.key(k): 1.0 for k in found.chosen}, [], [], 1.0, 6))
-    decided = decide(one, one.run(), 0)
-    assert decided.claimed.chosen == (0,)
-    claims, _ = withdraw_useless(one, decided, None, 0)
-    assert claims.claimed.chosen == ()
-    assert [(d.effect, d.small) for d in claims.decisions] == [("law_0", small)]
+    claims, _ = withdraw_useless(one, decide(one, one.score((0,)), 0), None, 0)
+    assert [(d.effect, d.claimed, d.small) for d in claims.decisions] == [("law_0", False, small)]
 
 
 @pytest.mark.parametrize(("differ", "exempt"), [(0.0, {0}), (1e6, set())], ids=["masses as in every recording", "masses that change"])
