@@ -198,6 +198,23 @@ def test_doubt_covers_the_residuals_of_watched_recordings_and_states_the_baselin
     assert float(within[1].min()) > 0.9
 
 
+@dataclass(frozen=True)
+class Distant:
+    """What caution changes of a model."""
+
+    fit: dict[str, float]
+    support: torch.Tensor | None
+
+
+def test_a_tenth_of_the_caution_is_a_tenth_of_the_squared_distance():
+    x = torch.randn(5, 3, dtype=torch.float64, generator=torch.Generator().manual_seed(1))
+    model = Distant({"left_out": 0.2}, torch.eye(3, dtype=torch.float64))
+    careless = doubt._with_caution(model, 0.1)
+    torch.testing.assert_close((x @ careless.support).pow(2).sum(dim=1), 0.1 * x.pow(2).sum(dim=1))
+    assert careless.fit == {"left_out": 0.2, "caution": 0.1}
+    assert doubt._with_caution(replace(model, support=None), 0.1).support is None
+
+
 def test_of_very_many_watched_rows_some_are_looked_at_evenly(monkeypatch):
     monkeypatch.setattr(doubt, "MOST", 10)
     mask = torch.zeros(100, dtype=torch.bool)
