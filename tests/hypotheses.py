@@ -51,7 +51,7 @@ def of_time(t, tau, a=None):
     a = a or arm(1)
     still = torch.zeros(len(t), 1, dtype=torch.float64)
     flow = Flow(a, Motion(tensor(t), still, still, still, still[:, 0], still[:, 0]))
-    return SensorView(flow, lambda _: tensor(tau)[:, None])
+    return SensorView(flow, lambda flows: [tensor(tau)[:, None] for _ in flows])
 
 
 def steady(q, qd=0.0, qdd=0.0, u0=0.0, du0=0.0):

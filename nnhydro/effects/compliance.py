@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from nnhydro.effects.sensor_view import SensorView
+from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import tensor
 
 Array = NDArray[np.float64]
@@ -34,16 +35,16 @@ def direction(seen: SensorView, twist: Tensor, joint: int) -> Tensor:
     return dq
 
 
-def reading_at(seen: SensorView, joint: int, twist: Tensor) -> Tensor:
-    """Return the reading (n, joints) N m of an arm whose `joint` (from 1) is twisted by `twist` (n,) rad."""
+def twisted_flow(seen: SensorView, joint: int, twist: Tensor) -> Flow:
+    """Return the flow of an arm whose `joint` (from 1) is twisted by `twist` (n,) rad."""
     dq = direction(seen, twist, joint)
     dqd = seen.in_time(dq)
-    return seen.torque_of(seen.flow_moved_by(dq, dqd, seen.in_time(dqd)))
+    return seen.flow_moved_by(dq, dqd, seen.in_time(dqd))
 
 
 def turned_reading(seen: SensorView, joint: int, twist: Callable[[Tensor], Tensor]) -> Tensor:
     """Return the reading (n, joints) N m of an arm whose `joint` (from 1) twists by `twist(tau_j)` (n,) rad, tau_j at the joint."""
-    return _fixed_point(seen, joint, twist, lambda turn: reading_at(seen, joint, turn))
+    return _fixed_point(seen, joint, twist, lambda turn: seen.torque_of(twisted_flow(seen, joint, turn)))
 
 
 def _fixed_point(seen: SensorView, joint: int, twist: Callable[[Tensor], Tensor], torque_at: Callable[[Tensor], Tensor]) -> Tensor:

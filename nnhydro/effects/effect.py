@@ -142,10 +142,6 @@ class Effect(ParametricTerm):
 class LoadEffect(Effect, LinearTerm):
     """A hypothesis that adds torque at the joints: `columns(flow)` (n, joints, p)."""
 
-    @classmethod
-    def prepare(cls, flow: Flow, effects: Sequence[Self]) -> None:
-        """Put into the memo of `flow` what `effects` of this class share or can compute together there; by default nothing."""
-
 
 @dataclass(frozen=True)
 class InstrumentEffect(Effect, ABC):
@@ -161,9 +157,15 @@ class InstrumentEffect(Effect, ABC):
     def columns(self, seen: SensorView) -> Tensor:
         """Return d reading / d linear parameter about no effect, (n, joints, p), p in the order of `linear_names`."""
 
-    @abstractmethod
+    def moved_flow(self, seen: SensorView) -> tuple[Flow, Tensor | float] | None:
+        """Return the flow at which ideal sensors would read what is read, and what adds to it, (n, joints) N m; None: `apply` does more."""
+        return None
+
     def apply(self, seen: SensorView) -> Tensor:
         """Return the reading (n, joints) N m with this effect; exactly seen.tau where all values are 0."""
+        moved = self.moved_flow(seen)
+        require(moved is not None, f"effect {self.id!r}: needs `apply` or `moved_flow`", ModelError)
+        return seen.tau if moved is None else seen.torque_of(moved[0]) + moved[1]
 
     def change(self, seen: SensorView) -> Tensor:
         """Return columns times values, (n, joints) N m: `apply` less seen.tau, for small effects."""
@@ -181,14 +183,17 @@ class InstrumentEffect(Effect, ABC):
         """Return the effect as it enters predictions; `offset` N m is that of the last recording, if each has one."""
         return self
 
-    def secant(self, seen: SensorView) -> Tensor:
+    def secant(self, seen: SensorView, reading: Tensor | None = None) -> Tensor:
         """Return columns (n, joints, p) whose product with the values is exactly what `apply` changes, however large the effect.
 
             X = J + (apply - tau - J v) w',   w_k = |J_k|^2 v_k / sum_l |J_l|^2 v_l^2,   J the tangent at the values v
 
-        Raises nothing; with all values 0 it returns J. Source: the secant condition of Broyden (1965), Math. Comp. 19.
+        `reading` is that of `apply`, where it is known. With all values 0 it returns J. Source: the secant condition of Broyden (1965),
+        Math. Comp. 19.
         """
-        return self._secant_to(seen, self.apply(seen)) if bool(self.linear_values().any()) else self.columns(seen)
+        if not bool(self.linear_values().any()):
+            return self.columns(seen)
+        return self._secant_to(seen, self.apply(seen) if reading is None else reading)
 
     def rough_secant(self, seen: SensorView) -> Tensor:
         """Return the columns of `secant`, approximately if that is much faster: enough to decide what to fit exactly."""
@@ -240,7 +245,7 @@ def at_joint(load: Tensor, joint: int, joints: int) -> Tensor:
 
 
 def with_effects(seen: SensorView, effects: Sequence[InstrumentEffect]) -> SensorView:
-    """Return the view whose `torque_of` holds all of `effects`: its `tau` is the reading with them."""
+    """Return the view whose `torques_of` holds all of `effects`: its `tau` is the reading with them."""
     for effect in sorted(effects, key=lambda effect: effect.stage):
         seen = _with_effect(seen, effect)
     return seen
@@ -250,7 +255,7 @@ def _with_effect(seen: SensorView, effect: InstrumentEffect) -> SensorView:
     """The view after one effect more: torques of any flow are then those that this effect makes of them."""
     inner = seen
 
-    def torque_of(flow: Flow) -> Tensor:
-        return effect.apply(replace(inner, flow=flow))
+    def torques_of(flows: Sequence[Flow]) -> list[Tensor]:
+        return [effect.apply(replace(inner, flow=flow)) for flow in flows]
 
-    return replace(seen, torque_of=torque_of)
+    return replace(seen, torques_of=torques_of)

@@ -1,6 +1,6 @@
 """What an instrument effect uses: the model's reading, how it changes in time, and how it changes with motion and water."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from math import cos, sin
@@ -19,6 +19,7 @@ from nnhydro.physics.transmission import joint_torque, sensed_columns, sensor_to
 from nnhydro.recordings.arm import Arm
 
 TorqueOf = Callable[[Flow], Tensor]
+TorquesOf = Callable[[Sequence[Flow]], list[Tensor]]
 WATER_STEP = 1e-6  # m/s, m/s^2: the slopes of what the water loads are continuous, so that one side tells them
 STEP = 1e-4  # rad, rad/s, rad/s^2, m/s, m/s^2: of differences that are exact to second order
 
@@ -55,14 +56,14 @@ def unit_vector(angle: float) -> Tensor:
 @final
 @dataclass(frozen=True, eq=False)
 class SensorView:
-    """One gap-free stretch of a recording as the model sees it: `torque_of(flow)` (n, joints) N m is what ideal sensors would read.
+    """One gap-free stretch of a recording as the model sees it: `torques_of(flows)` (n, joints) N m is what ideal sensors would read.
 
     `place` (n,) is the time within the campaign, -1 at its first row and 1 at its last, and `measured` (n, joints) N m what was read while
     it was recorded, not filtered; None: not known.
     """
 
     flow: Flow
-    torque_of: TorqueOf
+    torques_of: TorquesOf
     place: Tensor | None = None
     measured: Tensor | None = None
     hub_force_of: TorqueOf | None = None  # the force (n, 2) N along X and Y that the hub supplies; None: not known
@@ -70,7 +71,15 @@ class SensorView:
     @staticmethod
     def of(loads: Loads, flow: Flow, place: Tensor | None = None, measured: Tensor | None = None) -> "SensorView":
         """Return what the sensors see where the sum `loads` is the truth."""
-        return SensorView(flow, lambda f: sensor_torque(loads.torque(f), f.motion.qd, f.arm), place, measured, loads.hub_force)
+        def torques_of(flows: Sequence[Flow]) -> list[Tensor]:
+            """Return what the sensors read at each of `flows`, (n, joints) N m."""
+            return [sensor_torque(tau, one.motion.qd, one.arm) for tau, one in zip(loads.torques(flows), flows, strict=True)]
+
+        return SensorView(flow, torques_of, place, measured, loads.hub_force)
+
+    def torque_of(self, flow: Flow) -> Tensor:
+        """Return what ideal sensors would read at `flow`, (n, joints) N m."""
+        return self.torques_of([flow])[0]
 
     @cached_property
     def memo(self) -> Memo:
@@ -116,20 +125,23 @@ class SensorView:
         qdd = m.qdd if dqdd is None else m.qdd + dqdd
         return replace(self.flow, motion=replace(m, q=m.q + dq, qd=qd, qdd=qdd))
 
-    def slope(self, flow_at: Callable[[float], Flow]) -> Tensor:
-        """Return the central difference (n, joints) of the reading by what `flow_at` moves the flow by."""
-        return (self.torque_of(flow_at(STEP)) - self.torque_of(flow_at(-STEP))) / (2 * STEP)
+    def slopes(self, flows_at: Sequence[Callable[[float], Flow]]) -> list[Tensor]:
+        """Return the central difference (n, joints) of the reading by what each of `flows_at` moves the flow by."""
+        ahead, behind = ([flow_at(step) for flow_at in flows_at] for step in (STEP, -STEP))
+        torques = self.torques_of([*ahead, *behind])
+        return [(more - less) / (2 * STEP) for more, less in zip(torques[:len(ahead)], torques[len(ahead):], strict=True)]
 
     def by_motion(self, channel: int, joint: int) -> Tensor:  # (n, joints) N m/rad, N m s/rad, N m s^2/rad
         """Return d tau / d angle (0), rate (1) or acceleration (2) of `joint` (from 1). A memory of the model moves along with the run."""
-        def slope() -> Tensor:
-            """Return the central difference over the channel of the joint, (n, joints)."""
+        def slopes() -> list[Tensor]:
+            """Return the central differences over the channels of the joint, (n, joints) each."""
             unit = torch.zeros_like(self.motion.q)
             unit[:, joint - 1] = 1.0
-            q, qd, qdd = (unit if i == channel else torch.zeros_like(unit) for i in range(3))
-            return self.slope(lambda step: self.flow_moved_by(step * q, step * qd, step * qdd))
+            none = torch.zeros_like(unit)
+            return self.slopes([lambda step: self.flow_moved_by(step * unit), lambda step: self.flow_moved_by(none, step * unit),
+                                lambda step: self.flow_moved_by(none, none, step * unit)])
 
-        return self.memo.of(("by_motion", channel, joint), slope)
+        return self.memo.of(("by_motion", joint), slopes)[channel]
 
     def along(self, dq: Tensor, joint: int) -> Tensor:
         """Return the first-order change (n, joints) N m when the angle of `joint` (from 1) changes by dq(t) (n,), its rates with it."""
@@ -143,8 +155,8 @@ class SensorView:
         links = self.arm.n_links
         zero = torch.zeros(len(self.motion), links, 2, dtype=torch.float64)
         units = torch.eye(2 * links, dtype=torch.float64).reshape(2 * links, links, 2)
-        moved = ([self.flow.in_water(WATER_STEP * u + zero, zero) for u in units],
-                 [self.flow.in_water(zero, WATER_STEP * u + zero) for u in units])
-        velocity, acceleration = ([(self.torque_of(flow) - self.tau) / WATER_STEP for flow in flows] for flows in moved)
-        shape = (*self.motion.q.shape, links, 2)
-        return torch.stack(velocity, dim=-1).reshape(shape), torch.stack(acceleration, dim=-1).reshape(shape)
+        moved = [*(self.flow.in_water(WATER_STEP * u + zero, zero) for u in units),
+                 *(self.flow.in_water(zero, WATER_STEP * u + zero) for u in units)]
+        slopes = torch.stack([(torque - self.tau) / WATER_STEP for torque in self.torques_of(moved)], dim=-1)
+        velocity, acceleration = slopes.reshape(*self.motion.q.shape, 2, links, 2).unbind(2)
+        return velocity, acceleration

@@ -19,10 +19,11 @@ dv/dt is that which the link meets, which moves itself.
 Source: Rivera (1995), eqs. 3-1-9 to 3-1-14, 3-1-31, 3-1-32 (formulas lost in print; re-derived as plain time derivatives).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import pi
-from typing import final
+from typing import Any, final
 
 import numpy as np
 import torch
@@ -39,6 +40,13 @@ def joint_by_joint(x: Tensor) -> Tensor:
     Row by row, each operation would start anew for the two or three links of a row, which takes several times as long.
     """
     return x.movedim(0, -1).contiguous().movedim(-1, 0)
+
+
+def _repeat_rows(x: Any, times: int) -> Any:
+    """The rows of `x`, a tensor (n, ...) or a tuple of them, so many times."""
+    if isinstance(x, tuple):
+        return tuple(_repeat_rows(part, times) for part in x)
+    return torch.cat([x.movedim(0, -1)] * times, dim=-1).movedim(-1, 0)
 
 
 def sum_over_links(columns: Tensor) -> Tensor:
@@ -86,6 +94,16 @@ class Flow:
         """Return the same flow with a memo of its own; what is known of it is not computed again."""
         made = replace(self)
         vars(made).update({name: value for name, value in vars(self).items() if name != "memo"})
+        return made
+
+    @staticmethod
+    def join(flows: Sequence["Flow"]) -> "Flow":
+        """Return the rows of `flows` of one arm, one flow after the other, for terms that load each row by itself."""
+        first = flows[0]
+        water = Water.join([flow.water for flow in flows], [len(flow.motion) for flow in flows])
+        made = Flow(first.arm, Motion.join([flow.motion for flow in flows]), water, first.hub)
+        if all(flow.arm_memo is first.arm_memo for flow in flows):  # the same motion of the arm in other water
+            vars(made).update({name: _repeat_rows(getattr(first, name), len(flows)) for name in _ROWS_OF_THE_ARM})
         return made
 
     @cached_property
@@ -267,5 +285,5 @@ class Flow:
         return middle + self.motion.q[..., None] * self._frame[1] if self.arm.sliding else middle
 
 
-_OF_THE_ARM = ("L", "D", "phi", "A", "M", "_inboard", "along", "across", "_of_joints", "outboard", "lever_normal", "lever_axial",
-               "cos_sin", "arm_memo")  # what water does not change
+_ROWS_OF_THE_ARM = ("phi", "A", "M", "along", "across", "_of_joints", "lever_normal", "lever_axial", "cos_sin")
+_OF_THE_ARM = (*_ROWS_OF_THE_ARM, "L", "D", "_inboard", "outboard", "arm_memo")  # what water does not change

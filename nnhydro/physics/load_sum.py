@@ -1,6 +1,6 @@
 """The joint torques of a model: a sum of named load terms."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, final
 
@@ -28,6 +28,21 @@ class Loads:
     def torque(self, flow: Flow) -> Tensor:
         """Return the sum of all terms, (n, joints) N m."""
         return sum(self.by_term(flow).values(), start=torch.zeros_like(flow.motion.qd))
+
+    def torques(self, flows: Sequence[Flow]) -> list[Tensor]:
+        """Return the sum of all terms (n, joints) N m at each of `flows`: one run of the arm, changed in some ways.
+
+        Terms that load each row by itself are computed at all flows in one pass, others as far as they can be.
+        """
+        if len(flows) < 2:
+            return [self.torque(flow) for flow in flows]
+        at_once = Loads({name: term for name, term in self.terms.items() if term.row_by_row})
+        others = Loads({name: term for name, term in self.terms.items() if not term.row_by_row})
+        kinds: list[type[LoadTerm]] = list(dict.fromkeys(map(type, others.terms.values())))
+        for kind in kinds:
+            kind.prepare(flows, [term for term in others.terms.values() if isinstance(term, kind)])
+        parts = torch.split(at_once.torque(Flow.join(flows)), [len(flow.motion) for flow in flows])
+        return [part + others.torque(flow) for part, flow in zip(parts, flows, strict=True)] if others.terms else list(parts)
 
     def with_hub(self, flow: Flow) -> dict[str, Tensor]:
         """Return, of each term that the hub must carry, what joints and hub supply, (n, joints + 2) N m and N along X and Y."""

@@ -6,9 +6,9 @@ in model files once their module was imported.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, final
+from typing import Any, ClassVar, Self, final
 
 from torch import Tensor
 
@@ -28,10 +28,18 @@ class LoadTerm(ParametricTerm, ABC):
     """A cause of joint torque. Subclasses are final frozen dataclasses; their fields made by `parameter` are tuples of floats."""
 
     former: ClassVar[Mapping[str, str]] = {}  # parameters by the names that files of earlier versions give them
+    row_by_row: ClassVar[bool] = False  # whether the torque of a row depends on that row alone, in whatever order rows stand
 
     @abstractmethod
     def torque(self, flow: Flow) -> Tensor:
         """Return the joint torques (n, joints) N m for one run in time order."""
+
+    @classmethod
+    def prepare(cls, flows: Sequence[Flow], terms: Sequence[Self]) -> None:
+        """Put into the memos of `flows`, the arm in one run with small changes, what `terms` of this class can compute together there.
+
+        By default nothing.
+        """
 
     @classmethod
     def present(cls, given: Mapping[str, Any]) -> dict[str, Any]:

@@ -1,5 +1,6 @@
 """The motion of the arm as tensors, row by row in time order: joint angles, rates and accelerations, the base and the water."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from typing import final
 
@@ -40,6 +41,17 @@ class Water:
         (vx, vy), (ax, ay) = (_each_link(x).unbind(-1) for x in (self.velocity, self.acceleration))
         return vx, vy, ax, ay
 
+    @staticmethod
+    def join(waters: Sequence["Water | None"], rows: Sequence[int]) -> "Water | None":
+        """Return the rows of `waters`, one after the other; one that is not given rests in as many rows as `rows` says."""
+        if not any(waters):
+            return None
+        still = [torch.zeros(n, 1, 2, dtype=torch.float64) for n in rows]
+        both = [[zero if water is None else _each_link(getattr(water, name)) for water, zero in zip(waters, still, strict=True)]
+                for name in ("velocity", "acceleration")]
+        links = max(x.shape[1] for parts in both for x in parts)
+        return Water(*(torch.cat([x.expand(-1, links, -1) for x in parts]) for parts in both))
+
     def rows(self, chosen: slice | Tensor) -> "Water":
         """Return the water in some rows."""
         return Water(self.velocity[chosen], self.acceleration[chosen])
@@ -55,6 +67,15 @@ class Base:
     heading: Tensor  # rad, added to q_1
     rate: Tensor  # rad/s
     acceleration: Tensor  # rad/s^2
+
+    @staticmethod
+    def join(bases: Sequence["Base | None"], rows: Sequence[int]) -> "Base | None":
+        """Return the rows of `bases`, one after the other; one that is not given moves along +Y alone in as many rows as `rows` says."""
+        if not any(bases):
+            return None
+        still = [torch.zeros(n, dtype=torch.float64) for n in rows]
+        return Base(*(torch.cat([zero if base is None else getattr(base, field.name) for base, zero in zip(bases, still, strict=True)])
+                      for field in fields(Base)))
 
     def rows(self, chosen: slice | Tensor) -> "Base":
         """Return the base in some rows."""
@@ -104,6 +125,18 @@ class Motion:
                        du0=self.du0[chosen], wake=None if self.wake is None else self.wake[:, chosen],
                        base=None if self.base is None else self.base.rows(chosen),
                        current=None if self.current is None else self.current.rows(chosen))
+
+    @staticmethod
+    def join(motions: Sequence["Motion"]) -> "Motion":
+        """Return the rows of `motions`, one after the other: in time order no longer, and without what the water remembers."""
+        def cat(name: str) -> Tensor:
+            """Return a quantity of all rows."""
+            return torch.cat([getattr(motion, name) for motion in motions])
+
+        rows = [len(motion) for motion in motions]
+        return Motion(cat("t"), cat("q"), cat("qd"), cat("qdd"), cat("u0"), cat("du0"), motions[0].steady,
+                      base=Base.join([motion.base for motion in motions], rows),
+                      current=Water.join([motion.current for motion in motions], rows))
 
     @staticmethod
     def at(q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, u0: ArrayLike = 0.0, du0: ArrayLike = 0.0) -> "Motion":

@@ -13,8 +13,10 @@ from rigs import arm, assert_close, at_rest, hub_at_rest, run, states, torque, w
 
 from nnhydro.errors import ModelError
 from nnhydro.physics.flow import Flow
+from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.load_term import PER, LinearTerm, term_kinds, term_of
-from nnhydro.physics.motion import Motion, Water, tensor
+from nnhydro.physics.loads.rigid_body import RigidBody
+from nnhydro.physics.motion import Base, Motion, Water, tensor
 
 TERMS = term_kinds()
 KINDS = pytest.mark.parametrize("kind", TERMS)
@@ -195,3 +197,24 @@ def test_the_rigs_of_these_tests_move_and_start_from_rest():
     assert not motion.qd[0].any()
     assert_close((motion.q[2:] - motion.q[:-2]) / (motion.t[2:] - motion.t[:-2])[:, None], motion.qd[1:-1], atol=0.03)
     assert float(motion.u0[0]) == float(tensor(0.0))
+
+
+@KINDS
+@LINKS
+@pytest.mark.parametrize("surrounded", [False, True])
+def test_the_torque_at_several_flows_is_that_at_each_whatever_order_their_rows_stand_in(kind, links, surrounded):
+    """A term says itself whether it loads each row alone; flows with and without a base or water of their own stand in one."""
+    a = arm(links)
+    motion = run(links, 40)
+    swaying = Base(*(0.1 * torch.sin(motion.t + phase) for phase in range(5)))
+    flow = Flow(a, replace(motion, base=swaying) if surrounded else motion)
+    slow, fast = (torch.full((40, 2), v, dtype=torch.float64) for v in (0.05, 0.3))
+    flows = [flow, flow.in_water(slow, fast), Flow(a, replace(motion, q=motion.q + 0.1, qd=1.1 * motion.qd)),
+             flow.in_water(torch.stack([slow] * links, dim=1), fast)]
+    loads = Loads({kind: varied(TERMS[kind].at_start(a)), "body": RigidBody.of_arm(a)} if kind != "rigid_body" else
+                  {kind: varied(TERMS[kind].at_start(a))})
+    for at_once, each in zip(loads.torques(flows), flows, strict=True):
+        assert_close(at_once, loads.torque(each.again()))
+    if TERMS[kind].row_by_row:
+        turned = torch.arange(39, -1, -1)
+        assert_close(torque(loads.terms[kind], a, motion.rows(turned)), torque(loads.terms[kind], a, motion)[turned])

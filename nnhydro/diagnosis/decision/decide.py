@@ -22,7 +22,7 @@ claimed where a member that fails could also stay: without those that share what
 that gains little beside others is judged again without those of them that fail.
 """
 
-from collections.abc import Set
+from collections.abc import Iterator, Set
 from dataclasses import dataclass, replace
 from typing import Any, final
 
@@ -177,21 +177,23 @@ def _judge(search: Search, now: ScoredSet, rest: ScoredSet, k: int, by_fold: Arr
     fit = best_fit(search, rest)
     relevant = relevant_share(search.view.library.design, (fit.residual / fit.whitened.sw) ** 2)
     least = max(relevant, FORM * max(others, default=0.0))
-    precision = _precision(search, now, k)
-    on_unseen = gain_on_unseen(by_fold)
-    per_recording = nats_of_parameters_per_recording(search, rest) if search.view.library.hypotheses[k].differs_between_recordings else 0.0
-    tests = (
-        (gain, threshold, f"gains {gain:.1f} nats in addition to the other effects ({threshold:.1f} needed)"),
-        (shares[k] / least, 1.0, f"moves {100 * shares[k]:.2f} % of the torque ({100 * least:.2f} % needed)"),
-        (precision / PRECISE, 1.0, f"its values differ from 0 by {precision:.1f} standard deviations ({PRECISE:.0f} needed)"),
-        (0.0 if says_nothing(search, now, k) else 1.0, 0.5, "the 95 % interval of each of its values contains 0"),
-        (0.0 if values_of(search, now, k).bounded else 1.0, 0.5, "a value lies beyond its physical bound"),
-        (gain, per_recording, f"mass, drag and added mass fitted to each recording alone would gain more, {per_recording:.1f} nats"),
-        (on_unseen, 0.0, "the prediction of held-out recordings does not improve"),
-        (listed_probability(search, now, k), LEAST_PROBABLE, IMPROBABLE),
-        (1.0 if search.admits(rest, now) else 0.0, 0.5, "a smooth unknown law explains the residual as well"),
-    )
-    for statistic, needed, reason in tests:
+
+    def tests() -> Iterator[tuple[float, float, str]]:
+        """Yield statistic, threshold and reason of each test; the first that fails is the last to be computed."""
+        yield gain, threshold, f"gains {gain:.1f} nats in addition to the other effects ({threshold:.1f} needed)"
+        yield shares[k] / least, 1.0, f"moves {100 * shares[k]:.2f} % of the torque ({100 * least:.2f} % needed)"
+        precision = _precision(search, now, k)
+        yield precision / PRECISE, 1.0, f"its values differ from 0 by {precision:.1f} standard deviations ({PRECISE:.0f} needed)"
+        yield 0.0 if says_nothing(search, now, k) else 1.0, 0.5, "the 95 % interval of each of its values contains 0"
+        yield 0.0 if values_of(search, now, k).bounded else 1.0, 0.5, "a value lies beyond its physical bound"
+        differs = search.view.library.hypotheses[k].differs_between_recordings
+        most = nats_of_parameters_per_recording(search, rest) if differs else 0.0
+        yield gain, most, f"mass, drag and added mass fitted to each recording alone would gain more, {most:.1f} nats"
+        yield gain_on_unseen(by_fold), 0.0, "the prediction of held-out recordings does not improve"
+        yield listed_probability(search, now, k), LEAST_PROBABLE, IMPROBABLE
+        yield 1.0 if search.admits(rest, now) else 0.0, 0.5, "a smooth unknown law explains the residual as well"
+
+    for statistic, needed, reason in tests():
         if statistic <= needed:
             return Decision(effect, joint, statistic, needed, False, reason)
     elsewhere = share_elsewhere(search, rest, k)

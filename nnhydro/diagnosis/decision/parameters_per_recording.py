@@ -45,8 +45,9 @@ def gain_of_changed_parameters(Y: Array, r: Array, further: int = 0) -> tuple[fl
 
 def _diagonalise(Y: Array, r: Array) -> tuple[Array, Array, Array]:
     """Return g, V, b with Y'Y = V g V' and b = V'Y'r. 1 + g / s is never singular: columns of an arm at rest repeat each other."""
-    g, V = np.linalg.eigh(Y.T @ Y)
-    return np.maximum(g, 0.0), V, V.T @ (Y.T @ r)
+    U, root, V = np.linalg.svd(Y, full_matrices=False)
+    root[root <= len(Y) * np.finfo(float).eps * root.max(initial=0.0)] = 0.0
+    return root**2, V.T, root * (U.T @ r)
 
 
 def _enough(search: Search, group: int) -> bool:

@@ -3,7 +3,7 @@
 Load columns pass belt and gears like the baseline's own; instrument columns are taken at the reading of the working model.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import product
 
@@ -15,7 +15,7 @@ from torch import Tensor
 from nnhydro.diagnosis.problem.baseline import Baseline
 from nnhydro.diagnosis.problem.hypothesis import AnyEffect, Hypothesis
 from nnhydro.diagnosis.problem.problem import Stretch
-from nnhydro.effects.effect import LoadEffect, at_joint
+from nnhydro.effects.effect import InstrumentEffect, LoadEffect, at_joint
 from nnhydro.effects.sensor_view import SensorView
 from nnhydro.fitting.linear.statistics import columns_and_offset
 from nnhydro.models.strip_theory import StripTheory
@@ -25,6 +25,7 @@ from nnhydro.physics.transmission import gear_factor, to_drives
 from nnhydro.recordings.segment import Segment
 
 Array = NDArray[np.float64]
+AT_ONCE = 16  # flows of which the torque is computed in one pass: more save no time
 
 
 def columns_on(hypotheses: Sequence[Hypothesis], model: StripTheory, stretch: Stretch, predicted: bool = False) -> Array:
@@ -44,31 +45,46 @@ def columns_on(hypotheses: Sequence[Hypothesis], model: StripTheory, stretch: St
             working.loads, flow.again(), place, None if measured is None else tensor(measured))))
         return view
 
-    def columns(hypothesis: Hypothesis, effect: AnyEffect) -> Tensor:
+    def columns(number: int, hypothesis: Hypothesis, effect: AnyEffect) -> Tensor:
         """Return the columns (n, joints, width) of a hypothesis: loads through the drives, instruments at their working model."""
         if isinstance(effect, LoadEffect):
             made = to_drives(effect.columns(flow), arm) * factor
         else:
             view = view_of(hypothesis.working_model or model)
             made = (effect.columns(view) if hypothesis.working_model is None else
-                    effect.rough_secant(view) if hypothesis.rough else effect.secant(view))
+                    effect.rough_secant(view) if hypothesis.rough else effect.secant(view, readings.get(number)))
             if effect.random_intercept:
                 made = torch.cat([made, at_joint(torch.ones(len(flow.motion), 1, dtype=torch.float64), effect.joint, arm.n_links)], dim=2)
         return made if hypothesis.activity is None else made * tensor(hypothesis.activity.mask(segment))[:, None, None]
 
     effects = [hypothesis.effect_in(stretch.group) for hypothesis in hypotheses]
     _prepare(flow, [effect for effect in effects if isinstance(effect, LoadEffect)])
+    readings = _readings({number: (effect, view_of(hypothesis.working_model))
+                          for number, (hypothesis, effect) in enumerate(zip(hypotheses, effects, strict=True))
+                          if isinstance(effect, InstrumentEffect) and hypothesis.working_model is not None and not hypothesis.rough})
     made, start = np.empty((sum(hypothesis.width for hypothesis in hypotheses), *segment.q.shape[::-1])).T, 0  # a column lies side by side
-    for hypothesis, effect in zip(hypotheses, effects, strict=True):
-        made[..., start:start + hypothesis.width] = columns(hypothesis, effect).numpy()
+    for number, (hypothesis, effect) in enumerate(zip(hypotheses, effects, strict=True)):
+        made[..., start:start + hypothesis.width] = columns(number, hypothesis, effect).numpy()
         start += hypothesis.width
     return made if np.isfinite(made).all() else np.nan_to_num(made, copy=False)
+
+
+def _readings(effects: Mapping[int, tuple[InstrumentEffect, SensorView]]) -> dict[int, Tensor]:
+    """The reading (n, joints) N m with each of `effects`, by number: those of one view that move the flow alone in one pass."""
+    made = dict[int, Tensor]()
+    for view in dict.fromkeys(view for _, view in effects.values()):
+        moved = {number: effect.moved_flow(view) for number, (effect, its) in effects.items() if its is view}
+        alone = {number: how for number, how in moved.items() if how is not None}
+        for some in (list(alone)[i:i + AT_ONCE] for i in range(0, len(alone), AT_ONCE)):
+            torques = view.torques_of([alone[number][0] for number in some])
+            made |= {number: torque + alone[number][1] for number, torque in zip(some, torques, strict=True)}
+    return made
 
 
 def _prepare(flow: Flow, loads: Sequence[LoadEffect]) -> None:
     """Let the laws of each kind among `loads` compute on `flow` what they can together."""
     for kind in dict.fromkeys(type(effect) for effect in loads):
-        kind.prepare(flow, [effect for effect in loads if isinstance(effect, kind)])
+        kind.prepare([flow], [effect for effect in loads if isinstance(effect, kind)])
 
 
 def disagreement(base: Baseline, segment: Segment, torque: Array, count: int) -> Array:

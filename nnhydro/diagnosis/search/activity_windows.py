@@ -2,6 +2,7 @@
 
     y = ... + sum_m a_m mask_m (X_k beta_k),     a ~ N(1/2, 1)        m: recordings, or bins of a joint's angle
 
+The values beta_k are those of the recordings in which the law gains: of a fit to all, those without noise would make nothing.
 Where the amplitudes a_m fall into some near 1 and some near 0, the law with the mask of the former competes with the whole law by the same
 score, its prior shared between the parts that are tried; and it must leave the unknown at most LEAVES of what the whole law leaves. So a
 part is taken only where the rest of the campaign speaks against the law, not where it is silent. Order in time is known from clocks alone.
@@ -142,6 +143,21 @@ def _recording_gains(X: Array, r: Array) -> Array:
     return made
 
 
+def _values_where_it_acts(search: Search, found: ScoredSet, k: int) -> Array:
+    """Return the scaled values (width,) of member `k` in the recordings in which they gain: those of the whole campaign without any."""
+    view = search.view
+    beta: Array = without_unknown(view.whitened, view.join(found.chosen)).mean[found.places(view)[k]]
+    X = view.columns(k).Xw
+    r = remainder_without_unknown(search, found) + X @ beta
+    G, b = np.zeros((len(beta), len(beta))), np.zeros(len(beta))
+    for g in range(view.library.design.problem.groups):
+        at = view.whitened.group == g
+        x, left = X[at].reshape(-1, len(beta)), r[at].ravel()
+        if _recording_gains(x[:, None], left)[0] > 0:
+            G, b = G + x.T @ x, b + x.T @ left
+    return np.asarray(np.linalg.solve(G + np.eye(len(b)) / RHO**2, b), dtype=float) if b.any() else beta
+
+
 def _alike(widths: Array) -> Iterator[tuple[int, int, int]]:
     """Neighbouring laws of one width: the first, one past the last, and the width."""
     start = 0
@@ -181,8 +197,8 @@ def _windows(search: Search, found: ScoredSet, k: int, model: StripTheory, secto
     """The parts of the campaign that the amplitudes of member `k` of `found` suggest; `sectors` of angles, too."""
     library = search.view.library
     at = library.at(k)
+    windows = _of_recordings(search, found, k, library.columns(k) @ _values_where_it_acts(search, found, k))
     scaled = found.fit.mean[found.places(search.view)[k]]
-    windows = _of_recordings(search, found, k, library.columns(k) @ scaled)
     return windows if not sectors else windows + _of_sectors(search, found, k, scaled * library.scale[at], model)
 
 
@@ -215,21 +231,37 @@ def _whole(search: Search, found: ScoredSet, k: int) -> ScoredSet:
     return search.score((*rest, *same[:1]))
 
 
+def _with_whole_laws(search: Search, found: ScoredSet, model: StripTheory) -> tuple[Search, list[tuple[int, ScoredSet]]]:
+    """Return the search with members confined to some recordings as laws of the whole campaign, too: these, and the set with each.
+
+    Their values were refined where they act; about these, columns may say of a recording what those about none did not.
+    """
+    library = search.view.library
+    confined = [k for k in found.chosen if (window := library.hypotheses[k].activity) is not None and window.sector is None]
+    if not confined:
+        return search, []
+    start = len(library.hypotheses)
+    whole = [replace(library.hypotheses[k], activity=None) for k in confined]
+    grown = library.with_more(Library.of(library.design, whole, model), library.key_counts)
+    following = Search(WeightedLibrary(search.whitened, grown, before=search.view), found.sizes, search.report, search.settled)
+    return following, [(start + i, following.score((*found.without(k), start + i))) for i, k in enumerate(confined)]
+
+
 def in_parts(search: Search, found: ScoredSet, model: StripTheory) -> GrownSearch:
     """Return `found` with laws confined to the part of the campaign in which they act, where the rest speaks against them.
 
-    Members are tried. Where the unknown holds more than chance, so are the laws that gain most beside them and beside nothing. There, and
-    where a member has values for each recording, so are `laws_of_some_recordings`. All others are tried for whole recordings only:
-    a law of the angles passes for many others in a sector.
+    Members are tried, and `laws_of_some_recordings`. Where the unknown holds more than chance, so are the laws that gain most beside them
+    and beside nothing: what acts in few recordings passes for their noise. All but members are tried for whole recordings only: a law of
+    the angles passes for many others in a sector.
     Laws of which a part cannot be predicted (gaps, clippings) are not tried: where they are silent they may only be late.
     """
-    asked = {(k, found) for k in found.chosen}
+    search, whole_laws = _with_whole_laws(search, found, model)
+    asked = {(k, found) for k in found.chosen} | set(whole_laws)
     shared = search.score([k for k in found.chosen if not search.view.library.hypotheses[k].per_recording])
     if found.unknown_nats > DETECTED:
         for base in {(), found.chosen}:
             asked |= {(k, search.score((*base, k))) for k in search.screen(base)}
-    if found.unknown_nats > DETECTED or shared.chosen != found.chosen:
-        asked |= {(k, search.score((*shared.chosen, k))) for k in laws_of_some_recordings(search, shared, found)}
+    asked |= {(k, search.score((*shared.chosen, k))) for k in laws_of_some_recordings(search, shared, found)}
     laws = sorted({k for k, _ in asked if _may_be_confined(search.view.library.hypotheses[k])})
     windows = dict.fromkeys(w for k, fitted in sorted(asked, key=lambda pair: (pair[1].chosen, pair[0])) if k in laws
                             for w in _windows(search, fitted, k, model, fitted is found))

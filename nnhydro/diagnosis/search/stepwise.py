@@ -43,6 +43,7 @@ class Search:
     settled: frozenset[Key] = frozenset()  # keys of instruments found about their values: laws about none, and rough starts, are out
     best_fits: "dict[tuple[int, ...], BestFit]" = field(default_factory=dict)  # by set (search.best_fit)
     tangents: "dict[tuple[int, ...], Tangents | None]" = field(default_factory=dict)  # of these (search.tangents)
+    quotients: "dict[tuple[int, str], dict[float, Array]]" = field(default_factory=dict)  # of members and their values, by the step
     _scored: dict[tuple[int, ...], ScoredSet] = field(default_factory=dict)
     _unknown_nats: dict[tuple[tuple[int, ...], tuple[int, ...]], float] = field(default_factory=dict)
 

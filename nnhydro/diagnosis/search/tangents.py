@@ -19,6 +19,7 @@ from nnhydro.diagnosis.problem.hypothesis import Hypothesis, Span
 from nnhydro.diagnosis.search.best_fit import best_fit
 from nnhydro.diagnosis.search.scored_set import ScoredSet
 from nnhydro.diagnosis.search.stepwise import Search
+from nnhydro.effects.effect import LoadEffect
 
 Array = NDArray[np.float64]
 ROUNDS, FACTOR = 3, 3.0  # iterations of the difference step, and the ratio to the standard deviation that is near enough
@@ -99,32 +100,43 @@ def shift_values(h: Hypothesis, values: dict[str, float]) -> Hypothesis:
     return h.with_nonlinear(changes, {})
 
 
-def _torques(search: Search, found: ScoredSet, k: int, laws: list[Hypothesis]) -> Array:
-    """Return the torques (n, joints, laws) N m of `laws` at the linear values of member `k`."""
-    library, fit = search.view.library, best_fit(search, found)
-    h, design = library.hypotheses[k], library.design
-    beta = fit.posterior.mean[found.places(search.view)[k]].reshape(-1, h.width) * library.scale[library.at(k)]
-    X = design.columns(laws, design.baseline.at(design.baseline.within(fit.z)))
-    X = X.reshape(*X.shape[:2], len(laws), h.width)
-    if not h.per_recording:
-        made: Array = X @ beta[0]
-        return made
-    values = np.zeros((design.problem.groups, h.width))
-    values[search.view.acting_groups(k)] = beta
-    by_recording: Array = np.einsum("njkw,nw->njk", X, values[design.problem.group_of])
-    return by_recording
+def _difference_quotients(search: Search, found: ScoredSet, k: int, steps: dict[str, float]) -> dict[str, Array]:
+    """Return how the columns (n, joints, width) of member `k` change with each of its nonlinear values, over about `steps`.
+
+    Those of a law that depends on no set are reusable: over a step that differs by less than FACTOR they serve another set as well.
+    """
+    design, h = search.view.library.design, search.view.library.hypotheses[k]
+    reusable = isinstance(h.effect, LoadEffect) or h.working_model is not None
+    known = {name: near for name, step in steps.items() if reusable
+             for over, near in search.quotients.get((k, name), {}).items() if 1 / FACTOR < over / step < FACTOR}
+    ends = {name: _ends(h, name, step) for name, step in steps.items() if name not in known}
+    if ends:
+        laws = [shift_values(h, {name: end}) for name, pair in ends.items() for end in pair]
+        X = design.columns(laws, design.baseline.at(design.baseline.within(best_fit(search, found).z)))
+        X = X.reshape(*X.shape[:2], len(ends), 2, h.width)
+        for i, (name, (low, high)) in enumerate(ends.items()):
+            known[name] = (X[..., i, 1, :] - X[..., i, 0, :]) / (high - low)
+            if reusable:
+                search.quotients.setdefault((k, name), {})[steps[name]] = known[name]
+    return known
 
 
 def _columns(search: Search, found: ScoredSet, steps: dict[tuple[int, str], float]) -> Array:
     """Return the derivatives (n, joints, m) of the torque of `found` over `steps`."""
-    hypotheses, columns = search.view.library.hypotheses, []
+    library, mean = search.view.library, best_fit(search, found).posterior.mean
+    columns, quotients = [], dict[int, dict[str, Array]]()
     for k in dict.fromkeys(member for member, _ in steps):
-        ends = {name: _ends(hypotheses[k], name, step) for (member, name), step in steps.items() if member == k}
-        laws = [shift_values(hypotheses[k], {name: end}) for name, pair in ends.items() for end in pair]
-        u = _torques(search, found, k, laws)
-        apart = np.array([high - low for low, high in ends.values()])
-        columns.append((u[..., 1::2] - u[..., 0::2]) / apart)
-    return np.concatenate(columns, axis=2)
+        quotients[k] = _difference_quotients(search, found, k, {name: step for (member, name), step in steps.items() if member == k})
+    for k, name in steps:
+        h = library.hypotheses[k]
+        beta = mean[found.places(search.view)[k]].reshape(-1, h.width) * library.scale[library.at(k)]
+        if not h.per_recording:
+            columns.append(quotients[k][name] @ beta[0])
+            continue
+        values = np.zeros((library.design.problem.groups, h.width))
+        values[search.view.acting_groups(k)] = beta
+        columns.append(np.einsum("njw,nw->nj", quotients[k][name], values[library.design.problem.group_of]))
+    return np.stack(columns, axis=2)
 
 
 def tangents_of(search: Search, found: ScoredSet) -> Tangents | None:

@@ -48,9 +48,9 @@ class AmbientCurrent(InstrumentEffect):
         velocity = torch.tensor([self.current_X[0], self.current_Y[0]], dtype=torch.float64).expand(len(flow.motion), 2)
         return flow.in_water(velocity, torch.zeros_like(velocity))
 
-    def apply(self, seen: SensorView) -> Tensor:
-        """Return the reading in water that moves."""
-        return seen.torque_of(self.met_by(seen.flow))
+    def moved_flow(self, seen: SensorView) -> tuple[Flow, float]:
+        """Return the flow in water that moves."""
+        return self.met_by(seen.flow), 0.0
 
     def quantities(self) -> dict[str, Quantity]:
         """Return speed and direction."""

@@ -8,9 +8,10 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from nnhydro.effects.compliance import reading_at, turned_reading
+from nnhydro.effects.compliance import turned_reading, twisted_flow
 from nnhydro.effects.effect import InstrumentEffect, Signature, Values, effect, parameter
 from nnhydro.effects.sensor_view import SensorView
+from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import tensor
 
 PASSING = 0.03  # s: a knock is shorter, and so is what the angles' noise leaves in the torque that they stand for
@@ -98,10 +99,14 @@ class Backlash(InstrumentEffect):
         """Return d reading / d gap, (n, joints, 1)."""
         return seen.along(self._carried_side(seen), self.joint)[..., None]
 
+    def moved_flow(self, seen: SensorView) -> tuple[Flow, float] | None:
+        """Return the flow behind the gap, where the torque that carries the link was measured."""
+        return None if seen.measured is None else (twisted_flow(seen, self.joint, self.gap[0] * self._carried_side(seen)), 0.0)
+
     def apply(self, seen: SensorView) -> Tensor:
         """Return the reading behind the gap."""
         if seen.measured is not None:
-            return reading_at(seen, self.joint, self.gap[0] * self._carried_side(seen))
+            return super().apply(seen)
         return turned_reading(seen, self.joint, lambda tau: self.gap[0] * self._side(seen, tau))
 
     def sentence(self, text: Mapping[str, str]) -> str:

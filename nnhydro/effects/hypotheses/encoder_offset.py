@@ -9,6 +9,7 @@ from torch import Tensor
 
 from nnhydro.effects.effect import InstrumentEffect, Signature, Values, effect, parameter
 from nnhydro.effects.sensor_view import SensorView
+from nnhydro.physics.flow import Flow
 
 
 @effect
@@ -38,11 +39,11 @@ class EncoderOffset(InstrumentEffect):
         """Return -d tau / d q_j, (n, joints, 1)."""
         return -seen.by_motion(0, self.joint)[..., None]
 
-    def apply(self, seen: SensorView) -> Tensor:
-        """Return the reading at the true angles."""
+    def moved_flow(self, seen: SensorView) -> tuple[Flow, float]:
+        """Return the flow at the true angles."""
         dq = torch.zeros_like(seen.motion.q)
         dq[:, self.joint - 1] = -self.offset[0]
-        return seen.torque_of(seen.flow_moved_by(dq))
+        return seen.flow_moved_by(dq), 0.0
 
     def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""

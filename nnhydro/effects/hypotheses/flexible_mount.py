@@ -64,13 +64,13 @@ class FlexibleMount(InstrumentEffect):
         sways = [self._sway(seen, load) for load in loads]
         return torch.stack([by_velocity * v[:, None] + by_acceleration * a[:, None] for v, a in sways], dim=-1)
 
-    def apply(self, seen: SensorView) -> Tensor:
-        """Return the reading of an arm whose hub sways; each stretch begins without ringing."""
+    def moved_flow(self, seen: SensorView) -> tuple[Flow, float]:
+        """Return the flow of an arm whose hub sways; each stretch begins without ringing."""
         loads = self._loads(seen)
         if loads is None or not bool(self.linear_values().any()):
-            return seen.tau
+            return seen.flow, 0.0
         total = sum(value * load for value, load in zip(self.linear_values().tolist(), loads, strict=True))
-        return seen.torque_of(self._with_sway(seen.flow, *self._sway(seen, torch.as_tensor(total))))
+        return self._with_sway(seen.flow, *self._sway(seen, torch.as_tensor(total))), 0.0
 
     def _loads(self, seen: SensorView) -> tuple[Tensor, Tensor] | None:
         """The loads (n,) of the mount: -F.d, and -a.d of the carriage; None where nothing can sway."""
@@ -106,8 +106,9 @@ class FlexibleMount(InstrumentEffect):
     def _slopes(self, seen: SensorView) -> Sway:
         """d tau / d velocity and d tau / d acceleration of the hub along the direction, (n, joints) each."""
         one, none = torch.ones_like(seen.motion.u0), torch.zeros_like(seen.motion.u0)
-        return (seen.slope(lambda step: self._with_sway(seen.flow, step * one, none)),
-                seen.slope(lambda step: self._with_sway(seen.flow, none, step * one)))
+        by_velocity, by_acceleration = seen.slopes([lambda step: self._with_sway(seen.flow, step * one, none),
+                                                    lambda step: self._with_sway(seen.flow, none, step * one)])
+        return by_velocity, by_acceleration
 
     def quantities(self) -> dict[str, Quantity]:
         """Return the mass that sways, frequency, damping and direction."""

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import product
 from typing import Self, final
 
 import torch
@@ -90,18 +91,18 @@ class FlowMemory(LoadEffect):
         return [strips.to_joints(-scale * lag) for (_, _, scale), lag in zip(laws, lags, strict=True)]
 
     @classmethod
-    def prepare(cls, flow: Flow, effects: Sequence[Self]) -> None:
+    def prepare(cls, flows: Sequence[Flow], terms: Sequence[Self]) -> None:
         """Compute the columns of laws that remember alike together."""
-        if flow.motion.steady or flow.motion.carried is not None or len(flow.motion.t) < 2:
+        motion = flows[0].motion
+        if motion.steady or motion.carried is not None or len(motion.t) < 2:
             return
         alike: dict[tuple[float, ...], dict[float, Self]] = {}
-        for law in effects:
+        for law in terms:
             alike.setdefault(law._law[:2], {})[law._law[2]] = law
-        known = flow.memo.of(cls, dict[tuple[float, ...], Tensor])
-        for memory, laws in alike.items():
+        for flow, (memory, laws) in product(flows, alike.items()):
             if len(laws) > 1:
                 made = next(iter(laws.values()))._together(flow, list(laws))
-                known.update(zip([(*memory, v) for v in laws], made, strict=True))
+                flow.memo.of(cls, dict[tuple[float, ...], Tensor]).update(zip([(*memory, v) for v in laws], made, strict=True))
 
     def quantities(self) -> dict[str, Quantity]:
         """Return the values, and by link share times response and share times travel: all that changes slower than the lag tell of it."""

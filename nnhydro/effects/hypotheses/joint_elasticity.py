@@ -12,6 +12,7 @@ from nnhydro.effects.compliance import Twist, by_joint_motion, direction, ringin
 from nnhydro.effects.effect import ANY_SIZE, InstrumentEffect, Signature, Values, effect, parameter
 from nnhydro.effects.quantity import Quantity
 from nnhydro.effects.sensor_view import SensorView
+from nnhydro.physics.flow import Flow
 
 RESONANCES = (3.0, 5.0, 8.0, 13.0)  # Hz
 STIFFEST = 1e-12  # rad/(N m): below, the drive is rigid
@@ -55,13 +56,12 @@ class JointElasticity(InstrumentEffect):
         tau = seen.joint_torque(seen.tau)[:, self.joint - 1]
         return torch.stack([seen.along(twist, self.joint) for twist in (-tau, *[tau**3] * len(self.hardening))], dim=-1)
 
-    def apply(self, seen: SensorView) -> Tensor:
-        """Return the reading of an arm whose link rings on the spring as the drive moves it; each stretch begins without ringing."""
+    def moved_flow(self, seen: SensorView) -> tuple[Flow, Tensor | float]:
+        """Return the flow of an arm whose link rings on the spring as the drive moves it; each stretch begins without ringing."""
         if self.compliance[0] <= 0:
-            return seen.tau + self.change(seen)
+            return seen.flow, self.change(seen)
         twist = self._twist(seen)
-        turn, rate, change = (direction(seen, x, self.joint) for x in twist)
-        return seen.torque_of(seen.flow_moved_by(turn, rate, change))
+        return seen.flow_moved_by(*(direction(seen, x, self.joint) for x in twist)), 0.0
 
     def plausible(self) -> bool:
         """Return whether there is a spring: only a compliant drive can stiffen."""

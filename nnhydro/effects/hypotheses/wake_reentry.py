@@ -109,14 +109,16 @@ class WakeReentry(LoadEffect):
         return flow.memo.of((cls, "wakes"), dict[tuple[float, float], tuple[Tensor, Tensor]])
 
     @classmethod
-    def prepare(cls, flow: Flow, effects: Sequence[Self]) -> None:
-        """Compute the wakes of all `effects` in one pass over the rows: ten laws take hardly longer than one."""
-        laws = list(dict.fromkeys(effect._law for effect in effects))
-        if flow.motion.steady or flow.motion.carried is not None or len(laws) < 2:
+    def prepare(cls, flows: Sequence[Flow], terms: Sequence[Self]) -> None:
+        """Compute the wakes of all `terms` in one pass over the rows: ten laws, or ten flows, take hardly longer than one."""
+        motion, links, laws = flows[0].motion, flows[0].arm.n_links, list(dict.fromkeys(term._law for term in terms))
+        if motion.steady or motion.carried is not None or len(laws) * len(flows) < 2:
             return
         lengths, fading = (torch.tensor(values, dtype=torch.float64) for values in zip(*laws, strict=True))
-        wakes = overtaking_by_law(flow.motion.t, Strips.of(flow, STRIPS).w, lengths[:, None, None] * flow.D[:, None], fading)
-        cls._common_wakes(flow).update(zip(laws, zip(*wakes, strict=True), strict=True))
+        w = torch.cat([Strips.of(flow, STRIPS).w for flow in flows], dim=1)  # the flows side by side, as more links
+        wakes = overtaking_by_law(motion.t, w, lengths[:, None, None] * flows[0].D.repeat(len(flows))[:, None], fading)
+        for flow, *both in zip(flows, *(torch.split(x, links, dim=2) for x in wakes), strict=True):
+            cls._common_wakes(flow).update(zip(laws, zip(*both, strict=True), strict=True))
 
     def _behind(self, flow: Flow, w: Tensor) -> Tensor:
         """The water behind the strips."""

@@ -11,7 +11,7 @@ from torch import Tensor
 from nnhydro.effects.effect import InstrumentEffect, Signature, Values, effect, parameter
 from nnhydro.effects.quantity import Quantity
 from nnhydro.effects.sensor_view import SensorView, unit_vector
-from nnhydro.physics.flow import sum_over_links
+from nnhydro.physics.flow import Flow, sum_over_links
 from nnhydro.physics.loads.water_pressure import pressure_columns
 
 GRAVITY = 9.81  # m/s^2
@@ -98,21 +98,28 @@ class WaveOrbital(InstrumentEffect):
         (across, slope), (wave, rate) = seen.memo.of((type(self), self.direction), lambda: self._answers(seen)), self._waves(seen)
         return torch.einsum("nji,nik->njk", across, wave) + torch.einsum("nji,nik->njk", slope, rate)
 
-    def apply(self, seen: SensorView) -> Tensor:
-        """Return the reading in the wave."""
+    def moved_flow(self, seen: SensorView) -> tuple[Flow, Tensor | float]:
+        """Return the flow in the wave, and the pressure of its water."""
         if seen.motion.steady or len(seen.motion) < 2:
-            return seen.tau
-        velocity, acceleration = ((x @ self.linear_values())[..., None] * self._d for x in self._waves(seen))
+            return seen.flow, 0.0
+        return self._in_wave(seen, self.linear_values(), self._waves(seen))
+
+    def _in_wave(self, seen: SensorView, values: Tensor, waves: tuple[Tensor, Tensor]) -> tuple[Flow, Tensor]:
+        """The flow in the wave of these values (2,), and the pressure of its water, (n, joints) N m."""
+        velocity, acceleration = ((x @ values)[..., None] * self._d for x in waves)
         pressed = sum_over_links(seen.as_read(pressure_columns(seen.flow, *acceleration.unbind(-1))))
-        return seen.torque_of(seen.flow.in_water(velocity, acceleration)) + pressed
+        return seen.flow.in_water(velocity, acceleration), pressed
 
     def tangent(self, seen: SensorView) -> Tensor:
         """Return d reading / d (cosine, sine) in the wave as it is, (n, joints, 2): its drag grows with the square of its size."""
         return self._tangent_from(seen, self.apply(seen))
 
     def _tangent_from(self, seen: SensorView, reading: Tensor) -> Tensor:
-        steps = SLOPE_STEP * torch.eye(2, dtype=torch.float64)
-        there = [self.with_linear(self.linear_values() + step).apply(seen) for step in steps]
+        if seen.motion.steady or len(seen.motion) < 2:
+            return torch.zeros(*reading.shape, 2, dtype=torch.float64)
+        steps, waves = SLOPE_STEP * torch.eye(2, dtype=torch.float64), self._waves(seen)
+        flows, pressed = zip(*(self._in_wave(seen, self.linear_values() + step, waves) for step in steps), strict=True)
+        there = [torque + more for torque, more in zip(seen.torques_of(flows), pressed, strict=True)]
         return torch.stack([(more - reading) / SLOPE_STEP for more in there], dim=-1)
 
     def quantities(self) -> dict[str, Quantity]:

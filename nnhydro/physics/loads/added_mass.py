@@ -41,6 +41,7 @@ class AddedMass(LinearTerm):
     """Added mass across each link; `reading` says which acceleration is meant and is part of the model."""
 
     kind: ClassVar[str] = "added_mass"
+    row_by_row = True
     C_M: Values = parameter("1", 1.0, (0.0, 5.0), "added-mass coefficient across the link (ideal 1)")
     reading: str = "document"
 

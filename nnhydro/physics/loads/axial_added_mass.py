@@ -24,6 +24,7 @@ class AxialAddedMass(LinearTerm):
     """Added mass along each link; `reading` must be that of the `AddedMass` beside it."""
 
     kind: ClassVar[str] = "axial_added_mass"
+    row_by_row = True
     C_Mx: Values = parameter("1", 0.03, (0.0, 5.0), "added-mass coefficient along the link")
     reading: str = "document"
 

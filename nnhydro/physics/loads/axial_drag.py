@@ -21,6 +21,7 @@ class AxialDrag(LinearTerm):
     """Axial drag with one coefficient per link."""
 
     kind: ClassVar[str] = "axial_drag"
+    row_by_row = True
     C_Dx: Values = parameter("1", 0.03, (0.0, 2.0), "axial drag coefficient, reference area L D")
 
     def loads(self, flow: Flow) -> Tensor:

@@ -46,6 +46,7 @@ class NormalDrag(LinearTerm):
     """Cross-flow drag with one coefficient per link."""
 
     kind: ClassVar[str] = "normal_drag"
+    row_by_row = True
     C_D: Values = parameter("1", 1.1, (0.0, 5.0), "cross-flow drag coefficient, reference area L D")
 
     def loads(self, flow: Flow) -> tuple[Tensor, Tensor]:

@@ -34,6 +34,7 @@ class RigidBody(LinearTerm):
     """Rigid-body torques of the dry arm; parameters are moments of mass about each link's own joint."""
 
     kind: ClassVar[str] = "rigid_body"
+    row_by_row = True
     mass: Values = parameter("kg", 1.0, ANY_SIZE, "mass of the link")
     first_moment: Values = parameter("kg m", 0.1, ANY_VALUE, "mass times distance of the mass centre from the joint")
     second_moment: Values = parameter("kg m^2", 0.1, ANY_SIZE, "moment of inertia about the joint")

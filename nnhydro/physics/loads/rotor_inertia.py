@@ -26,6 +26,7 @@ class RotorTerm(LinearTerm):
     """One inertia a drive."""
 
     kind: ClassVar[str] = "rotor_inertia"
+    row_by_row = True
     inertia: Values = parameter("kg m^2", 0.05, ANY_SIZE, "inertia of rotor and gear as felt at the joint", per="joint")
 
     def columns(self, flow: Flow) -> Tensor:

@@ -26,6 +26,7 @@ class ViscousTerm(LinearTerm):
     """Friction proportional to speed with one coefficient per joint."""
 
     kind: ClassVar[str] = "viscous_friction"
+    row_by_row = True
     former: ClassVar[Mapping[str, str]] = {"b": "coefficient"}
     coefficient: Values = parameter("N m s/rad", 0.02, ANY_SIZE, "friction torque per unit joint rate", per="joint")
 

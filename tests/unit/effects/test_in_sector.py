@@ -40,7 +40,7 @@ def test_a_sector_that_makes_no_sense_is_refused(broken):
 def test_a_reading_that_errs_in_a_sector_is_right_outside_it(low, high):
     effect = catalogue()["torque_gain"](joint=2, error=(0.2,))
     motion = run(2)
-    view = SensorView(Flow(ARM, motion), lambda flow: planted(ARM).torque(flow))
+    view = SensorView(Flow(ARM, motion), planted(ARM).torques)
     there = ReadInSector(low, high, effect, joint=1)
     acts = within(motion.q[:, 0].numpy(), low, high)[:, None]
     np.testing.assert_array_equal(there.apply(view), view.tau + (effect.apply(view) - view.tau) * torch.from_numpy(acts))

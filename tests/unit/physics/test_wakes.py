@@ -156,7 +156,7 @@ def test_wakes_of_several_laws_computed_together_are_those_of_each_alone():
             for length, fading, second in ((2.0, 0.0, 0.0), (8.0, 0.5, 0.5), (8.0, 0.5, 0.0), (31.7, 1.3, 0.0))]
     laws += [replace(laws[1], following=()), replace(laws[3], following=())]
     together = flow.again()
-    type(laws[0]).prepare(together, laws)
+    type(laws[0]).prepare([together], laws)
     for law in laws:
         assert torch.equal(law.columns(together), law.columns(flow.again()))
 
@@ -169,6 +169,6 @@ def test_columns_of_several_laws_on_one_motion_are_those_of_each_alone(name, joi
     flow = Flow(arm(2), run(2, 300))
     laws = [made(name, flow.arm, joint, **chosen) for chosen in values]
     together = flow.again()
-    type(laws[0]).prepare(together, laws)
+    type(laws[0]).prepare([together], laws)
     for law in laws:
         assert torch.equal(law.columns(together), law.columns(flow.again()))

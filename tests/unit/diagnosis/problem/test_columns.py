@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import torch
 from campaigns import campaign, planted
 from hypotheses import made
 from rigs import arm
@@ -70,3 +71,17 @@ def test_wakes_that_differ_in_length_or_fading_take_one_pass_over_the_rows_of_a_
     monkeypatch.setattr(wake_reentry, "overtaking", None)
     assert np.array_equal(design.columns(laws, design.baseline.physics), alone)
     assert passes == [3] * len(design.problem.stretches)
+
+
+def test_readings_computed_in_one_pass_are_those_of_each_instrument_alone():
+    design, of_water = of(), made("wake_reentry", ARM).with_linear(torch.tensor([0.3, 0.2, 0.4, 0.1], dtype=torch.float64))
+    model = replace(design.baseline.physics, loads=design.baseline.physics.loads.plus("wake", of_water))
+    instruments = {"joint_elasticity": (0.02, 0.0), "backlash": (0.01,), "encoder_offset": (0.1,), "ambient_current": (0.1, 0.05),
+                   "wave_orbital": (0.1, 0.2), "flexible_mount": (0.02, 0.1), "sensor_timing": (0.02,)}
+    laws = []
+    for name, values in instruments.items():
+        effect = made(name, ARM, 0 if name in ("ambient_current", "wave_orbital", "flexible_mount", "sensor_timing") else 1)
+        count = len(effect.linear_values())
+        laws.append(Hypothesis(effect).linearised_at({0: torch.tensor(values[:count], dtype=torch.float64)}, model))
+    alone = np.concatenate([design.columns([law], model) for law in laws], axis=2)
+    np.testing.assert_allclose(design.columns(laws, model), alone, atol=1e-9 * np.abs(alone).max())

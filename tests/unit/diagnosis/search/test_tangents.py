@@ -1,6 +1,7 @@
 """Nonlinear values are known as well as a least-squares fit of all values knows them."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -79,3 +80,14 @@ def test_a_law_that_jumps_gets_a_slope_over_a_finite_step(monkeypatch):
     assert np.all(np.isfinite(tangents.D))
     first = steps_tried[0]
     assert all(steps[at] >= FINEST * first[at] for steps in steps_tried for at in first)
+
+
+def test_what_a_law_does_over_a_step_is_computed_once_for_all_sets_that_hold_it(monkeypatch):
+    one = with_oscillation((1.05, 0.6), (1.05, 0.6), noise=0.1)
+    held = tuple(replace(h, working_model=SimpleNamespace()) for h in one.view.library.hypotheses)
+    one.view = replace(one.view, library=replace(one.view.library, hypotheses=held))
+    first = tangents_of(one, one.score((0,))).D
+    one.tangents.clear()
+    monkeypatch.setattr(one.view.library.design, "columns", None)
+    again = tangents_of(one, one.score((0,))).D
+    assert np.array_equal(again, first)
