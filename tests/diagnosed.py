@@ -13,8 +13,8 @@ from scipy.signal import lfilter
 
 from nnhydro.diagnosis import diagnose as engine
 from nnhydro.diagnosis.decision.decide import decide
-from nnhydro.diagnosis.problem.design import design_on
 from nnhydro.diagnosis.problem.problem import problem_of
+from nnhydro.diagnosis.problem.stated_friction import design_on
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.motion import Motion, tensor

@@ -25,8 +25,9 @@ from nnhydro.diagnosis.model.evidence import WhiteRows
 from nnhydro.diagnosis.model.sizes import fit_sizes
 from nnhydro.diagnosis.model.unknown import unknown_of
 from nnhydro.diagnosis.noise.spectrum import NOISE_ROUNDS, Noise, calibrated_noise, reestimate
-from nnhydro.diagnosis.problem.design import Design, design_on, hypotheses_for
+from nnhydro.diagnosis.problem.design import Design, hypotheses_for
 from nnhydro.diagnosis.problem.problem import MOST_STUDIED, draw_names, problem_of
+from nnhydro.diagnosis.problem.stated_friction import design_on
 from nnhydro.diagnosis.result import DiagnosisResult
 from nnhydro.diagnosis.search.activity_windows import in_parts
 from nnhydro.diagnosis.search.best_fit import best_fit

@@ -13,8 +13,9 @@ from strangers import write
 import nnhydro
 from nnhydro.diagnosis.model.unknown import unknown_of
 from nnhydro.diagnosis.noise.spectrum import calibrated_noise
-from nnhydro.diagnosis.problem.design import design_on, hypotheses_for
+from nnhydro.diagnosis.problem.design import hypotheses_for
 from nnhydro.diagnosis.problem.problem import problem_of
+from nnhydro.diagnosis.problem.stated_friction import design_on
 from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.linearisation import extra_starts, scaled_values
 from nnhydro.diagnosis.search.refinement import refine

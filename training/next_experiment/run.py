@@ -19,8 +19,8 @@ from nnhydro.diagnosis.diagnose import SearchedCampaign, search_design
 from nnhydro.diagnosis.experiment.proposal import motions_at_random, next_experiment
 from nnhydro.diagnosis.experiment.rig_limits import Limits
 from nnhydro.diagnosis.findings.finding import findings_of
-from nnhydro.diagnosis.problem.design import design_on
 from nnhydro.diagnosis.problem.problem import problem_of
+from nnhydro.diagnosis.problem.stated_friction import design_on
 from nnhydro.fitting.identify import versions
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.runtime.files import write_json

@@ -26,9 +26,10 @@ from nnhydro.diagnosis.model.evidence import Columns, Posterior, WhiteRows, post
 from nnhydro.diagnosis.model.sizes import Sizes, fit_sizes, without_unknown
 from nnhydro.diagnosis.model.unknown import unknown_of
 from nnhydro.diagnosis.noise.spectrum import FIRST_SIZE, Noise, calibrated_noise
-from nnhydro.diagnosis.problem.design import Design, design_on, hypotheses_for, relevant_share
+from nnhydro.diagnosis.problem.design import Design, hypotheses_for, relevant_share
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis
 from nnhydro.diagnosis.problem.problem import MOST_STUDIED, draw_names, problem_of
+from nnhydro.diagnosis.problem.stated_friction import design_on
 from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.scored_set import ScoredSet
 from nnhydro.diagnosis.search.stepwise import Search

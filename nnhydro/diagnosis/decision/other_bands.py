@@ -15,9 +15,9 @@ from nnhydro.diagnosis.constants import LEAST_GAIN
 from nnhydro.diagnosis.model.evidence import WhiteRows
 from nnhydro.diagnosis.model.unknown import unknown_of
 from nnhydro.diagnosis.noise.spectrum import calibrated_noise, reestimate
-from nnhydro.diagnosis.problem.design import design_on
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, Key
 from nnhydro.diagnosis.problem.problem import Problem, problem_of
+from nnhydro.diagnosis.problem.stated_friction import design_on
 from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.diagnosis.search.weighted_library import WeightedLibrary

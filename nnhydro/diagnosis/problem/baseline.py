@@ -18,6 +18,7 @@ from nnhydro.models.baselines import BASELINES, NamedBaseline
 from nnhydro.models.baselines import baseline as baseline_called
 from nnhydro.models.corrected_simulation import CorrectedSimulation
 from nnhydro.models.seen import SEEN
+from nnhydro.models.stated_terms import STATED_COULOMB
 from nnhydro.models.storage import MODEL, load_model
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
@@ -108,9 +109,12 @@ class Baseline:
 
     def against_stated(self, z: Array) -> dict[str, list[str]]:
         """Return what the parameters at `z` (r,) say against arm.yaml, under the key of the result file; nothing beside a simulation."""
+        if not self.is_physics:
+            return {}
         model = self.at(z)
-        return {"against_stated": against_stated(model.loads, self.prior, self.prior.mean + self.prior.F @ z, model.arm)} \
-            if self.is_physics else {}
+        angle = getattr(model.loads.terms.get(STATED_COULOMB), "bending_rad", 0.0)
+        bent = [f"The dry friction that arm.yaml states builds up over {angle:.2g} rad after a reversal (presliding)"] if angle else []
+        return {"against_stated": against_stated(model.loads, self.prior, self.prior.mean + self.prior.F @ z, model.arm) + bent}
 
     def as_model(self, z: Array) -> TorqueModel:
         """Return the calibrated baseline as a model to be saved."""

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
 from nnhydro.diagnosis.constants import FORM, RELEVANT
-from nnhydro.diagnosis.problem.baseline import Baseline, baseline_of
+from nnhydro.diagnosis.problem.baseline import Baseline
 from nnhydro.diagnosis.problem.columns import columns_on, disagreement
 from nnhydro.diagnosis.problem.free_machines import require_motion, scale_direction, shares_of_largest
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, enumerate_hypotheses
@@ -29,8 +29,6 @@ from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.motion import Motion
 from nnhydro.physics.transmission import sensor_torque
-from nnhydro.recordings.filtering.low_pass import LowPass
-from nnhydro.recordings.filtering.preprocessing import Preparation
 from nnhydro.recordings.filtering.trajectory import NOISE_DRAWS
 
 Array = NDArray[np.float64]
@@ -267,13 +265,6 @@ def design_of(problem: Problem, baseline: Baseline) -> Design:
     direction = scale_direction(first)
     spread = float(np.linalg.norm(direction)) / max(float((first.largest_part**2).sum()), 1e-300)
     return replace(build(first.baseline.with_fixed(direction)), scale_spread=spread)
-
-
-def design_on(problem: Problem, baseline: str | None) -> Design:
-    """Return the rows of `problem` against the baseline by name or from a file."""
-    moving = any(not stretch.segment.steady for stretch in problem.stretches)
-    how = Preparation(LowPass(problem.edge) if moving else None)
-    return design_of(problem, baseline_of(baseline, problem.arm, problem.units(), how))
 
 
 def hypotheses_for(design: Design, without: Sequence[str] = ()) -> tuple[Hypothesis, ...]:

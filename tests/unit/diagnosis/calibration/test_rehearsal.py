@@ -12,8 +12,8 @@ from nnhydro.diagnosis.calibration.injection import predict_whitened
 from nnhydro.diagnosis.calibration.rehearsal import label, limit_confidence, rehearse
 from nnhydro.diagnosis.diagnose import diagnose, search_design
 from nnhydro.diagnosis.findings.finding import findings_of
-from nnhydro.diagnosis.problem.design import design_on
 from nnhydro.diagnosis.problem.problem import problem_of
+from nnhydro.diagnosis.problem.stated_friction import design_on
 from nnhydro.effects.catalogue import catalogue
 from nnhydro.recordings.campaign import Campaign
 

@@ -10,9 +10,9 @@ from nnhydro.diagnosis.constants import LEAVES
 from nnhydro.diagnosis.decision.other_frequencies import share_elsewhere
 from nnhydro.diagnosis.model.unknown import unknown_of
 from nnhydro.diagnosis.noise.spectrum import calibrated_noise
-from nnhydro.diagnosis.problem.design import design_on
 from nnhydro.diagnosis.problem.hypothesis import enumerate_hypotheses
 from nnhydro.diagnosis.problem.problem import problem_of
+from nnhydro.diagnosis.problem.stated_friction import design_on
 from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.diagnosis.search.wave_frequencies import at_lines, at_lines_per_recording, line_frequencies

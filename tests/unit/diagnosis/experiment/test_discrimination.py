@@ -16,8 +16,8 @@ from nnhydro.diagnosis.experiment.discrimination import DiscriminationProblem, D
 from nnhydro.diagnosis.experiment.motions import draw
 from nnhydro.diagnosis.experiment.proposal import motions_at_random, next_experiment, shown_by
 from nnhydro.diagnosis.experiment.rig_limits import Limits, Rig
-from nnhydro.diagnosis.problem.design import design_on
 from nnhydro.diagnosis.problem.problem import problem_of
+from nnhydro.diagnosis.problem.stated_friction import design_on
 from nnhydro.effects.catalogue import catalogue
 from nnhydro.errors import ConfigError
 from nnhydro.recordings.campaign import Campaign

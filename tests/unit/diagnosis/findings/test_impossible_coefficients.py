@@ -7,8 +7,8 @@ from campaigns import campaign, planted
 from rigs import arm
 
 from nnhydro.diagnosis.findings.impossible_coefficients import impossible_coefficients
-from nnhydro.diagnosis.problem.design import design_on
 from nnhydro.diagnosis.problem.problem import problem_of
+from nnhydro.diagnosis.problem.stated_friction import design_on
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion, tensor
 from nnhydro.recordings.campaign import Campaign
