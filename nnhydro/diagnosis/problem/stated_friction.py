@@ -50,7 +50,7 @@ def _bend_stated_contacts(base: Baseline, first: Design) -> Design:
         """Return the nats that contacts gain which bend over `angle` rad."""
         if angle not in tried:
             design = design_of(first.problem, _bend(base, angle))
-            left = [np.maximum((d.excess**2).sum(axis=0), 1e-300) for d in (first, design)]
+            left = [np.maximum((one.excess**2).sum(axis=0), 1e-300) for one in (first, design)]
             tried[angle] = float(len(first.y) / 2 * np.log(left[0] / left[1]).sum()), design
         return tried[angle][0]
 
