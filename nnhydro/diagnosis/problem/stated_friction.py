@@ -9,25 +9,29 @@ Without it, friction of the stated size would be found missing, and the stated o
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import LEAST_GAIN
 from nnhydro.diagnosis.problem.baseline import Baseline, baseline_of
 from nnhydro.diagnosis.problem.design import Design, design_of
 from nnhydro.diagnosis.problem.problem import Problem
 from nnhydro.effects.dry_contact import DryContact
+from nnhydro.fitting.linear.statistics import columns_and_offset
 from nnhydro.models.stated_terms import STATED_COULOMB
 from nnhydro.physics.load_sum import Loads
+from nnhydro.physics.loads.coulomb_friction import CoulombTerm
 from nnhydro.recordings.filtering.low_pass import LowPass
 from nnhydro.recordings.filtering.preprocessing import Preparation
 
+Array = NDArray[np.float64]
 NEAR = 0.05  # of ln z_0: the distance over which a contact bends is found to 5 %
 
 
-def _bend(base: Baseline, angle: float) -> Baseline:
-    """The baseline whose stated contacts bend over `angle` rad before they slip."""
-    terms = dict(base.physics.loads.terms)
-    terms[STATED_COULOMB] = replace(terms[STATED_COULOMB], bending_rad=angle)  # type: ignore[call-arg]
-    return replace(base, physics=replace(base.physics, loads=Loads(terms)))
+def _bend(loads: Loads, angle: float) -> Loads:
+    """The loads whose stated contacts bend over `angle` rad before they slip."""
+    term = loads.terms[STATED_COULOMB]
+    assert isinstance(term, CoulombTerm)
+    return Loads({**loads.terms, STATED_COULOMB: replace(term, bending_rad=angle)})
 
 
 def design_on(problem: Problem, baseline: str | None) -> Design:
@@ -42,21 +46,32 @@ def _bend_stated_contacts(base: Baseline, first: Design) -> Design:
     """The design whose stated contacts bend over the most likely angle; `first`, in which they are rigid, where that is as likely."""
     from scipy.optimize import minimize_scalar
 
-    if first.undriven or STATED_COULOMB not in base.physics.loads.terms:
+    loads, arm = base.physics.loads, first.problem.arm
+    if first.undriven or STATED_COULOMB not in loads.terms:
         return first
-    tried: dict[float, tuple[float, Design]] = {}
+    levels = [i for i, (name, *_) in enumerate(loads.linear_parameters()) if name == STATED_COULOMB]
+    level, F = base.prior.mean[levels], first.baseline.prior.F[levels]
+
+    def columns(angle: float) -> Array:
+        """Return the columns of the levels (n, joints, joints) where contacts bend over `angle` rad."""
+        friction = Loads({STATED_COULOMB: _bend(loads, angle).terms[STATED_COULOMB]})
+        return first.rows(lambda stretch: columns_and_offset(friction, stretch.segment, arm)[0])
+
+    rigid, before = columns(0.0), (first.excess**2).sum(axis=0)
+    tried: dict[float, float] = {}
 
     def gain(angle: float) -> float:
         """Return the nats that contacts gain which bend over `angle` rad."""
-        if angle not in tried:
-            design = design_of(first.problem, _bend(base, angle))
-            left = [np.maximum((one.excess**2).sum(axis=0), 1e-300) for one in (first, design)]
-            tried[angle] = float(len(first.y) / 2 * np.log(left[0] / left[1]).sum()), design
-        return tried[angle][0]
+        more = columns(angle) - rigid
+        after = (replace(first, Y=first.Y + more @ F, y=first.y - more @ level).excess ** 2).sum(axis=0)
+        tried[angle] = float(len(first.y) / 2 * np.log(np.maximum(before, 1e-300) / np.maximum(after, 1e-300)).sum())
+        return tried[angle]
 
     angles = sorted(DryContact.details()["bending"])
     best = int(np.argmax([gain(angle) for angle in angles]))
     low, high = (float(np.log(angles[min(max(at, 0), len(angles) - 1)])) for at in (best - 1, best + 1))
     minimize_scalar(lambda x: -gain(float(np.exp(x))), bounds=(low, high), method="bounded", options={"xatol": NEAR})
-    most, design = max(tried.values(), key=lambda pair: pair[0])
-    return design if most > LEAST_GAIN else first
+    angle = max(tried, key=lambda angle: tried[angle])
+    if tried[angle] <= LEAST_GAIN:
+        return first
+    return design_of(first.problem, replace(base, physics=replace(base.physics, loads=_bend(loads, angle))))
