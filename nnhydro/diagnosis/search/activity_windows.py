@@ -180,15 +180,20 @@ def gains_by_recording(search: Search, base: ScoredSet) -> Array:
     return np.concatenate(gained) if gained else np.zeros(0)
 
 
-def laws_of_some_recordings(search: Search, base: ScoredSet, found: ScoredSet, most: int = FITTED_EXACTLY) -> list[int]:
-    """Return the laws that gain most beside `base` with values per recording, the best of a key, and more than `found` gains."""
+def laws_of_some_recordings(search: Search, base: ScoredSet, found: ScoredSet, most: int = FITTED_EXACTLY,
+                            varying: bool = False) -> list[int]:
+    """Return the laws that gain most beside `base` with values per recording, the best of a key, and more than `found` gains.
+
+    `varying`: only of what comes and goes on a sound machine, by its card.
+    """
     view = search.view
     with_them, alone = (without_unknown(view.whitened, view.join(scored.chosen)).log_evidence for scored in (found, base))
     gains, taken = gains_by_recording(search, base), search.occupied_places(base.chosen)
     best: dict[Key, int] = {}
     for i in np.argsort(-gains).tolist():
         k = int(search.view.shared[i])
-        if gains[i] > with_them - alone and search.place(k) not in taken and len(best) < most:
+        fits = view.library.hypotheses[k].effect.varies or not varying
+        if fits and gains[i] > with_them - alone and search.place(k) not in taken and len(best) < most:
             best.setdefault(search.key(k), k)
     return list(best.values())
 
@@ -250,9 +255,10 @@ def _with_whole_laws(search: Search, found: ScoredSet, model: StripTheory) -> tu
 def in_parts(search: Search, found: ScoredSet, model: StripTheory) -> GrownSearch:
     """Return `found` with laws confined to the part of the campaign in which they act, where the rest speaks against them.
 
-    Members are tried, and `laws_of_some_recordings`. Where the unknown holds more than chance, so are the laws that gain most beside them
-    and beside nothing: what acts in few recordings passes for their noise. All but members are tried for whole recordings only: a law of
-    the angles passes for many others in a sector.
+    Members are tried. Where the unknown holds more than chance, so are the laws that gain most beside them and beside nothing. There, and
+    where a member has values for each recording, so are `laws_of_some_recordings`, elsewhere those that come and go: what acts in few
+    recordings passes for their noise. All others are tried for whole recordings only: a law of the angles passes for many others in a
+    sector.
     Laws of which a part cannot be predicted (gaps, clippings) are not tried: where they are silent they may only be late.
     """
     search, whole_laws = _with_whole_laws(search, found, model)
@@ -261,7 +267,8 @@ def in_parts(search: Search, found: ScoredSet, model: StripTheory) -> GrownSearc
     if found.unknown_nats > DETECTED:
         for base in {(), found.chosen}:
             asked |= {(k, search.score((*base, k))) for k in search.screen(base)}
-    asked |= {(k, search.score((*shared.chosen, k))) for k in laws_of_some_recordings(search, shared, found)}
+    varying = found.unknown_nats <= DETECTED and shared.chosen == found.chosen
+    asked |= {(k, search.score((*shared.chosen, k))) for k in laws_of_some_recordings(search, shared, found, varying=varying)}
     laws = sorted({k for k, _ in asked if _may_be_confined(search.view.library.hypotheses[k])})
     windows = dict.fromkeys(w for k, fitted in sorted(asked, key=lambda pair: (pair[1].chosen, pair[0])) if k in laws
                             for w in _windows(search, fitted, k, model, fitted is found))
