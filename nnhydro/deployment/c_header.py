@@ -44,7 +44,8 @@ def _functions(made: RecordedStep, name: str, precision: str) -> tuple[str, list
                       c_function(f"static inline void {name}_outputs", program, torques, precision)])
     return text, [f"float given[{program.n_inputs}], out[{len(torques)}];", *_inputs(step),
                   f"{name}_memory(s->values, s->values + {motion});",
-                  f"for (int i = 0; i < {program.n_inputs}; ++i) given[i] = (float)s->values[i + (i >= {motion - 1})]; /* all but dt */",
+                  f"for (int i = 0; i < {motion - 1}; ++i) given[i] = (float)s->values[i]; /* all but dt */",
+                  f"for (int i = 0; i < {step.size}; ++i) given[{motion - 1} + i] = (float)s->values[{motion} + i];",
                   f"{name}_outputs(given, out);"]
 
 
