@@ -23,32 +23,30 @@ from nnhydro.runtime.files import comment_text, write_output
 from nnhydro.runtime.stamp import refuse_foreign
 
 
-def _inputs(step: MemoryStep, array: str) -> list[str]:
-    """The statements that fill `array` with what a step is given and what it remembers."""
+def _inputs(step: MemoryStep) -> list[str]:
+    """The statements that lay what a step is given before what it remembers."""
     n = step.model.arm.n_links
-    fill = [f"{array}[{k * n + i}] = {name}[{i}];" for k, name in enumerate(("q", "qd", "qdd")) for i in range(n)]
-    fill.append(f"{array}[{3 * n}] = u0; {array}[{3 * n + 1}] = du0; {array}[{3 * n + 2}] = s->begun ? dt : {BEGIN!r};")
-    return [*fill, *([f"for (int i = 0; i < {step.size}; ++i) {array}[{3 * n + 3} + i] = s->memory[i];"] if step.size else [])]
+    fill = [f"s->values[{k * n + i}] = {name}[{i}];" for k, name in enumerate(("q", "qd", "qdd")) for i in range(n)]
+    return [*fill, f"s->values[{3 * n}] = u0; s->values[{3 * n + 1}] = du0; s->values[{3 * n + 2}] = s->begun ? dt : {BEGIN!r};"]
 
 
 def _functions(made: RecordedStep, name: str, precision: str) -> tuple[str, list[str]]:
-    """The functions of a step in C, and the statements that call them: torques into `out`, the next memory into the state."""
+    """The functions of a step in C, and the statements that call them: torques into `out`, the next memory in the place of the old."""
     step = made.step
     parts = [[x for key, values in made.outputs.items() if (key == "memory_next") == memory for x in values.ravel()] for memory in (0, 1)]
-    torques, following, inputs, real = *parts, made.program.n_inputs, PRECISIONS[precision]
-    keep = f"for (int i = 0; i < {step.size}; ++i) s->memory[i] = "
+    torques, following, motion = *parts, made.program.n_inputs - step.size
     if precision == "double" or not following:
         text = c_function(f"static inline void {name}_outputs", made.program, torques + following, precision)
-        calls = [f"{real} in[{inputs}], out[{len(torques + following)}];", *_inputs(step, "in"), f"{name}_outputs(in, out);"]
-        return text, [*calls, *([f"{keep}out[{len(torques)} + i];"] if following else [])]
+        out = f"{PRECISIONS[precision]} *const out = s->values + {motion - len(torques)}; /* torques end where the memory begins */"
+        return text, [out, *_inputs(step), f"{name}_outputs(s->values, out);"]
     program, torques = record_torques(step)
     text = "\n".join([c_function(f"static inline void {name}_memory", made.program, following, "double", "m_"),
                       c_function(f"static inline void {name}_outputs", program, torques, precision)])
-    motion = 3 * step.model.arm.n_links + 2
-    arrays = [f"double in[{inputs}], next[{step.size}];", f"float given[{program.n_inputs}], out[{len(torques)}];"]
-    return text, [*arrays, *_inputs(step, "in"), f"{name}_memory(in, next);",
-                  f"for (int i = 0; i < {motion}; ++i) given[i] = (float)in[i];", f"{keep}next[i];",
-                  f"for (int i = 0; i < {step.size}; ++i) given[{motion} + i] = (float)next[i];", f"{name}_outputs(given, out);"]
+    return text, [f"float given[{program.n_inputs}], out[{len(torques)}];", *_inputs(step),
+                  f"{name}_memory(s->values, s->values + {motion});",
+                  f"for (int i = 0; i < {motion - 1}; ++i) given[i] = (float)s->values[i]; /* all but dt */",
+                  f"for (int i = 0; i < {step.size}; ++i) given[{motion - 1} + i] = (float)s->values[{motion} + i];",
+                  f"{name}_outputs(given, out);"]
 
 
 def header(made: RecordedStep, name: str, precision: str, digest: str, remarks: Sequence[str] = ()) -> str:
@@ -58,7 +56,7 @@ def header(made: RecordedStep, name: str, precision: str, digest: str, remarks: 
     functions, lines = _functions(made, name, precision)
     lines += [f"{target}[{i}] = out[{k * joints + i}];" for k, target in enumerate(("tau", "std")[:1 + with_std]) for i in range(joints)]
     body = "\n    ".join([*lines, "s->begun = 1;"])
-    guard, upper, stored = f"{name.upper()}_H", name.upper(), max(step.size, 1)
+    guard, upper, stored = f"{name.upper()}_H", name.upper(), "double" if step.size else real
     remark = comment_text("".join(f"\n   {line}" for line in remarks))
     arguments = (f"{name}_state *s, const {real} q[{joints}], const {real} qd[{joints}], const {real} qdd[{joints}], {real} u0, "
                  f"{real} du0, {real} dt, {real} tau[{joints}]" + (f", {real} std[{joints}]" if with_std else ""))
@@ -76,8 +74,9 @@ def header(made: RecordedStep, name: str, precision: str, digest: str, remarks: 
 #include <math.h>
 #define {upper}_JOINTS {joints}
 #define {upper}_MEMORY {step.size}
-typedef struct {{ int begun; double memory[{stored}]; }} {name}_state; /* double: what is added up for hours keeps its small parts */
-static inline void {name}_reset({name}_state *s) {{ s->begun = 0; for (int i = 0; i < {stored}; ++i) s->memory[i] = 0; }}
+/* what the last step was given, and what it remembers; double: what is added up for hours keeps its small parts */
+typedef struct {{ int begun; {stored} values[{made.program.n_inputs}]; }} {name}_state;
+static inline void {name}_reset({name}_state *s) {{ s->begun = 0; for (int i = 0; i < {made.program.n_inputs}; ++i) s->values[i] = 0; }}
 {functions}
 static inline void {name}_step({arguments}) {{
     {body}

@@ -154,7 +154,8 @@ def c_function(head: str, program: Program, outputs: Sequence[Value], precision:
     functions = _functions(precision, with_sine)
     if not large:
         body, results = _statements(program, outputs, precision)
-        lines = "\n    ".join([*body, *(f"out[{k}] = {result};" for k, result in enumerate(results))])
+        known = [f"const real o{k} = {result};" for k, result in enumerate(results)]  # `out` may lie where `in` does
+        lines = "\n    ".join([*body, *known, *(f"out[{k}] = o{k};" for k in range(len(results)))])
         return "\n".join([*begin, functions, f"{head}(const real *in, real *out) {{\n    {lines}\n}}", *end])
     name = head.split()[-1]
     tables, core = table_program(program, outputs, _literal(precision), prefix, name)

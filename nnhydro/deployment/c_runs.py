@@ -12,6 +12,7 @@ from operator import add, sub
 from typing import Any, Final
 
 RUN: Final = 4  # places that follow each other, a vector of the processor: shorter runs go one by one
+VECTOR: Final = 8  # numbers of the processor's widest vector
 ALL_STEPS: Final = 4  # operands: of more, only runs in which all go on are looked for
 
 Stretch = tuple[int, int, int, tuple[int, ...]]  # start, stop, width, by how much each list goes on within a width: 0 or 1
@@ -119,9 +120,17 @@ def fewest_runs(orders: Sequence[tuple[list[Any], list[list[int]]]]) -> tuple[li
 
 
 def _cost(order: tuple[list[Any], list[list[int]]]) -> tuple[int, int]:
-    """Loops and runs, and of as many those in which fewer places stand still: what goes on lies strip beside strip for its readers too."""
+    """Loops and vectors, and of as many the fewest places that stand still: what goes on lies strip beside strip for its readers too."""
     lengths = list(runs(order[1]))
-    return 4 * len(_stretches(lengths)) + len(lengths), sum(width * steps.count(0) for width, steps in lengths)
+    vectors = sum(-(-width // VECTOR) for width, _ in lengths)
+    return 4 * len(_stretches(lengths)) + vectors, sum(width * steps.count(0) for width, steps in lengths)
+
+
+def statements(at: list[list[int]], weights: Sequence[Sequence[str]], first: int, numbers: range, text: str) -> Iterator[str]:
+    """Yield v[first + i] = `text` of the values at the places `at`, each times its weights where there are any, for i in `numbers`."""
+    for i in numbers:
+        values = [f"v[{places[i]}]" for places in at]
+        yield f"v[{first + i}] = {text.format(*([f'{c[i]}*{x}' for c, x in zip(weights, values, strict=True)] if weights else values))};"
 
 
 def output_statements(places: list[int]) -> Iterator[str]:

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from nnhydro.deployment.c_kernels import LANES, ROOTS, columns_product, dense, dots, name_columns_product, name_dots, together
 from nnhydro.deployment.c_places import Places, last_uses
-from nnhydro.deployment.c_runs import Stretch, by_operand, fewest_runs, output_statements, stretches
+from nnhydro.deployment.c_runs import Stretch, by_operand, fewest_runs, output_statements, statements, stretches
 from nnhydro.deployment.onnx.expressions import Program, Row, Value, row_of
 from nnhydro.deployment.onnx.row_blocks import mirror_pairs
 from nnhydro.deployment.onnx.schedule import rounds
@@ -30,6 +30,7 @@ LONG: Final = 8  # terms: longer sums over the same atoms go as a matrix
 PAD: Final = 4  # rows: matrices are filled up to whole vectors of the processor
 WIDE: Final = 24  # rows of a matrix that are summed side by side, in registers
 TWICE: Final = 16  # rows of a matrix for two columns
+WRITTEN: Final = 8  # values: so few are written out, a call takes longer
 FIXED: Final = 32  # places: shorter runs are loops of a fixed length
 FEW: Final = 3  # rows: with fewer, a matrix that stands alone is sums
 SIDE: Final = 4  # equal matrices from which on they are one product, PAD at least
@@ -231,6 +232,9 @@ class Tables:
         """v[first...) = `text` of the values at the places `at`, each times its weights: a call of a kernel that loops like it share."""
         start, stop, width, steps = stretch
         n, alone = stop - start, width == stop - start
+        if n <= WRITTEN:
+            self.lines += statements(at, [[self.number(c) for c in weight] for weight in weights], first, range(start, stop), text)
+            return
         known, given = [], []
         for k, places in enumerate(at):
             if alone and width > 1:

@@ -42,7 +42,7 @@ class TrainingConfig(Settings):
     batch: int = Field(default=1024, ge=8, le=1_000_000)
     learning_rate: float = Field(default=2e-3, gt=0, le=1)
     weight_decay: float = Field(default=1.0, ge=0, le=10)
-    patience: int = Field(default=20, ge=1, le=100_000)  # epochs without a better validation error
+    patience: int = Field(default=20, ge=1, le=100_000)  # epochs of a member without a better validation error
     validation_share: float | None = Field(default=None, gt=0, lt=1)  # of the recordings, for each member its own; none: `watched_share`
     memory_mb: float = Field(default=1000.0, gt=0, le=1e6)  # of training rows; what exceeds it lies in files
     cutoff_hz: float | None = Field(default=None, gt=0, le=1000)

@@ -50,6 +50,10 @@ class TrainingState:
         return TrainingState([w.clone() for w in weights], [torch.zeros_like(w) for w in weights], [torch.zeros_like(w) for w in weights],
                              [w.clone() for w in weights], torch.full((members,), float("inf")), torch.zeros(members))
 
+    def learning(self, patience: int) -> Tensor:
+        """Return which members (members,) still learn: those that have improved within `patience` epochs."""
+        return self.epoch - self.best_epoch < patience
+
     def save(self, path: Path) -> None:
         """Write the state to `path` (safetensors), whole or not at all."""
         from safetensors.torch import save
@@ -95,10 +99,9 @@ class _Task:
         r = (left / rows.scale).pow(2).mean(dim=1, keepdim=True).sqrt() + 1e-9
         return _Task(rows, left.contiguous(), r, rows.target.pow(2).mean(dim=0).sqrt() + 1e-9)
 
-    def of_member(self, member: int) -> "_Task":
-        """Return the task of one member alone."""
-        at = slice(None) if len(self.left) == 1 else slice(member, member + 1)
-        return _Task(self.rows, self.left[at], self.r[at], self.s)
+    def of_members(self, members: Tensor) -> "_Task":
+        """Return the task of `members`, numbers or a mask, alone."""
+        return self if len(self.left) == 1 else _Task(self.rows, self.left[members], self.r[members], self.s)
 
     def errors(self, ensemble: Ensemble, index: Tensor) -> Tensor:
         """Squared scaled error (E, m) of the rows `index` (E, m) of each member."""
@@ -129,33 +132,41 @@ def cycle(progress: float) -> float:
     return 0.01 + 0.99 * 0.5 * (1 + cos(pi * (progress - RISE) / (1 - RISE)))
 
 
-def _epoch(state: TrainingState, layout: Ensemble, task: _Task, train: Tensor, config: TrainingConfig) -> None:
-    """Pass once over the rows; `train` (members, n) says which rows each member may use."""
+def _epoch(state: TrainingState, layout: Ensemble, task: _Task, train: Tensor, config: TrainingConfig, learning: Tensor) -> None:
+    """Pass once over the rows with the members `learning`; `train` (members, n) says which rows each member may use."""
+    groups = state.weights, state.first, state.second
+    at = [learning.repeat_interleave(len(w) // len(learning)) for w in state.weights]  # parallel layers: a stack for each output
+    weights, first, second = ([x[on] for x, on in zip(group, at, strict=True)] for group in groups)
+    task, train = task.of_members(learning), train[learning]
     generator = torch.Generator().manual_seed(config.seed * 1_000_003 + state.epoch)
     order = torch.randperm(len(task.rows.x), generator=generator)
     batches = torch.split(order, config.batch)
     for number, index in enumerate(batches):
-        for w in state.weights:
+        for w in weights:
             w.requires_grad_(True)
         mine = train[:, index]
         trained = mine.int().argsort(dim=1, descending=True, stable=True)[:, :int(mine.sum(dim=1).max())]  # others fill up, at no weight
         weight = mine.gather(1, trained)
-        errors = task.errors(layout.with_tensors(state.weights), index[trained])
+        errors = task.errors(layout.with_tensors(weights), index[trained])
         loss = ((errors * weight).sum(dim=1) / weight.sum(dim=1).clamp(min=1)).sum()
-        gradients = torch.autograd.grad(loss, state.weights, materialize_grads=True)
-        for w in state.weights:
+        gradients = torch.autograd.grad(loss, weights, materialize_grads=True)
+        for w in weights:
             w.requires_grad_(False)
         state.steps += 1
         rate = config.learning_rate * cycle((state.epoch + number / len(batches)) / config.epochs)
-        adamw_step(state.weights, gradients, state.first, state.second, state.steps, rate, config.weight_decay)
+        adamw_step(weights, gradients, first, second, state.steps, rate, config.weight_decay)
+    for group, learned in zip(groups, (weights, first, second), strict=True):
+        for x, on, y in zip(group, at, learned, strict=True):
+            x[on] = y
     state.epoch += 1
 
 
-def _watch(state: TrainingState, layout: Ensemble, task: _Task, watch: Tensor) -> None:
-    """Note each member's error on the rows it watches (members, n) and keep its best weights."""
-    error = torch.zeros(layout.members)
-    for member, mine in enumerate(watch):
-        alone, ensemble = task.of_member(member), layout.with_tensors([w.chunk(layout.members)[member] for w in state.weights])
+def _watch(state: TrainingState, layout: Ensemble, task: _Task, watch: Tensor, learning: Tensor) -> None:
+    """Note the error of each member of those `learning` on the rows it watches (members, n) and keep its best weights."""
+    error = state.best_error.clone()
+    for member in learning.nonzero():
+        alone, mine = task.of_members(member), watch[member[0]]
+        ensemble = layout.with_tensors([w.chunk(layout.members)[member] for w in state.weights])
         pieces = torch.split(mine.nonzero().ravel(), 65_536)
         error[member] = sum(alone.errors(ensemble, index[None]).sum() for index in pieces) / mine.sum().clamp(min=1)
     better = error < state.best_error
@@ -178,10 +189,10 @@ def gradient_fit(layout: Ensemble, rows: Rows, watched: Tensor, config: Training
     seen = watch if bool(watch.any()) else ~watch
     task = _Task.of(rows)
     if not state.epoch:
-        _watch(state, layout, task, seen)  # the linear part alone is a candidate
-    while state.epoch < config.epochs and bool((state.epoch - state.best_epoch < config.patience).any()):
-        _epoch(state, layout, task, ~watch, config)
-        _watch(state, layout, task, seen)
+        _watch(state, layout, task, seen, state.best_epoch == 0)  # the linear part alone is a candidate
+    while state.epoch < config.epochs and bool((learning := state.learning(config.patience)).any()):
+        _epoch(state, layout, task, ~watch, config, learning)
+        _watch(state, layout, task, seen, learning)
         if checkpoint is not None:
             checkpoint(state)
         if progress is not None:

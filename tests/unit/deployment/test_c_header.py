@@ -59,7 +59,7 @@ def test_the_net_that_remembers_carries_more_than_a_tenth_of_the_torque():
 def test_a_slow_tow_in_single_precision_forgets_no_travel(tmp_path):
     model, motion = model_of("state"), towed(4500)
     told = export_c(model, tmp_path / "arm.h", "single")
-    assert "double memory[" in (tmp_path / "arm.h").read_text()
+    assert "double values[" in (tmp_path / "arm.h").read_text()
     want = model.torque(motion).numpy()
     far = largest_error(driven(tmp_path, motion, "single", told["std"]), want)
     assert far < SAME["single"], f"{far:.1e}: with travel added up in single precision it is 9e-5"

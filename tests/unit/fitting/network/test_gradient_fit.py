@@ -55,7 +55,7 @@ def test_every_step_follows_the_slope_of_each_members_mean_error_over_the_rows_t
     train[1, 7:] = False  # member 2 finds seven rows, in one of the two batches perhaps none
     kept = []
     monkeypatch.setattr(gradient, "adamw_step", lambda weights, slopes, *given: kept.append(slopes))
-    gradient._epoch(state, layout, task, train, TrainingConfig(batch=30, seed=4))
+    gradient._epoch(state, layout, task, train, TrainingConfig(batch=30, seed=4), torch.ones(2, dtype=torch.bool))
     order = torch.randperm(50, generator=torch.Generator().manual_seed(4 * 1_000_003))
     for slopes, index in zip(kept, (order[:30], order[30:]), strict=True):
         weights = [w.clone().requires_grad_(True) for w in state.weights]
@@ -70,14 +70,14 @@ def test_members_keep_the_weights_with_which_the_rows_that_they_watch_were_predi
     state, watch = TrainingState.fresh(layout), torch.zeros(2, 60, dtype=torch.bool)
     watch[0, :30] = watch[1, 30:] = True
     task = _Task.of(rows)
-    _watch(state, layout, task, watch)
+    _watch(state, layout, task, watch, torch.ones(2, dtype=torch.bool))
     errors = task.errors(layout.with_tensors(state.weights), every_row(rows))
     torch.testing.assert_close(state.best_error, torch.stack([errors[0, :30].mean(), errors[1, 30:].mean()]))
     assert state.history == []
     first = [w.clone() for w in state.best]
     state.epoch, state.best_error = 3, torch.tensor([0.0, 1e9])
     state.weights = [w + 0.1 for w in state.weights]
-    _watch(state, layout, task, watch)
+    _watch(state, layout, task, watch, torch.ones(2, dtype=torch.bool))
     assert state.best_epoch.tolist() == [0.0, 3.0]
     for kept, old, new in zip(state.best, first, state.weights, strict=True):
         torch.testing.assert_close(kept[0], old[0])
@@ -100,6 +100,19 @@ def test_a_training_stops_when_no_member_has_become_better_for_so_long_and_repor
     short = TrainingState.fresh(layout)
     gradient_fit(layout, rows, watched, TrainingConfig(epochs=2, patience=100, batch=64), short)
     assert (short.epoch, short.steps) == (2, 8)
+
+
+@pytest.mark.parametrize("parallel", [False, True])
+def test_a_member_that_has_run_out_of_patience_stays_as_it_is_and_the_others_take_the_same_steps(parallel):
+    rows, layout, config = some_rows(n=240), Ensemble.fresh((3, 6, 2), 3, 1, parallel), TrainingConfig(batch=64, patience=4)
+    states, train = [TrainingState.fresh(layout) for _ in range(2)], torch.ones(3, 240, dtype=torch.bool)
+    states[1].epoch, states[1].best_epoch = 0, torch.tensor([0.0, -4.0, 0.0])
+    for state in states:
+        gradient._epoch(state, layout, _Task.of(rows), train, config, state.learning(config.patience))
+    for fresh, every, some in zip(layout.tensors(), states[0].weights, states[1].weights, strict=True):
+        stopped = torch.tensor([False, True, False]).repeat_interleave(len(fresh) // 3)
+        torch.testing.assert_close(some[stopped], fresh[stopped], rtol=0, atol=0)
+        torch.testing.assert_close(some[~stopped], every[~stopped])
 
 
 def test_a_network_learns_what_it_is_shown():
