@@ -48,6 +48,7 @@ class Effect(ParametricTerm):
     per_recording: ClassVar[bool] = False  # its linear values hold within one recording only: a phase of its own
     general: ClassVar[bool] = False  # the form of its family that no other effect covers: those must stand clear of it
     cause: ClassVar[str] = ""  # laws of one cause exclude each other at a joint; of a family where the card names no other
+    everywhere: ClassVar[bool] = False  # every joint of a machine has some
     standard: ClassVar[bool] = False  # every robot's identification model has it (Khalil & Dombre 2002, chapter 12)
     varies: ClassVar[bool] = False  # its size differs between recordings of a sound machine: friction with its temperature
     random_intercept: ClassVar[bool] = False  # besides its linear values each recording has an offset at the joint: a random effect

@@ -110,12 +110,14 @@ class Library:
     def log_prior(self, k: int) -> float:
         """Return the log prior odds of hypothesis `k`: equal for every key, every law of a key, and every part of a campaign.
 
-        A standard term of a joint is as probable as not: what machines have, few baselines hold. That a law acts in a part
-        only is as improbable as a claim without the least gain. Frequencies per recording were chosen from all in the band.
+        A standard term of a joint is as probable as not: what machines have, few baselines hold. Friction is in every joint: that there is
+        none is as improbable as a claim without the least gain. So is that a law acts in a part only. Frequencies per recording were
+        chosen from all in the band.
         """
         h = self.hypotheses[k]
         part = 0.0 if h.activity is None else LEAST_GAIN + np.log(self._parts[h.key])
         odds = 0.0 if h.effect.standard else np.log(len(self.key_counts))
+        odds = -LEAST_GAIN if h.effect.everywhere and h.activity is None else odds
         return -float(odds + np.log(self.key_counts[h.key]) + part + h.log_tried)
 
     @cached_property

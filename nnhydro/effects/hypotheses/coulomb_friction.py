@@ -32,6 +32,7 @@ class CoulombFriction(DryContact, LoadEffect):
         excited_by="slow reversals of that joint", mistaken_for=("stribeck_friction", "load_friction", "viscous_friction", "backlash"),
     )
     acts = "joint"
+    everywhere = True
     standard = True
     varies = True
     dissipates = True

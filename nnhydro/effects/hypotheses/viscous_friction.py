@@ -30,6 +30,7 @@ class ViscousFriction(LoadEffect):
         mistaken_for=("coulomb_friction", "reynolds_drag", "drag_form", "flow_memory"),
     )
     acts = "joint"
+    everywhere = True
     standard = True
     varies = True
     dissipates = True
