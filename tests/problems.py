@@ -52,11 +52,11 @@ class Law:
 
 
 def law(name, width=1, joint=0, family=None, cause="", standard=False, predictable_share=1.0,
-        depends_on=("qd",), varies=False, **keys):
+        depends_on=("qd",), varies=False, everywhere=False, **keys):
     """The law `name`, of a family of its own."""
     signature = SimpleNamespace(mistaken_for=(), depends_on=depends_on)
     card = SimpleNamespace(id=name, joint=joint, family=family or name, cause=cause, standard=standard, varies=varies, general=False,
-                           signature=signature, predictable_share=predictable_share)
+                           everywhere=everywhere, signature=signature, predictable_share=predictable_share)
     return Law(card, width, **keys)
 
 

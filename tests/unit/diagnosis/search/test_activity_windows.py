@@ -92,7 +92,7 @@ def test_a_law_that_acts_in_some_recordings_is_confined_to_them_with_its_whole_v
 
 
 def test_quiet_recordings_do_not_hide_a_law_that_passes_for_the_noise_of_the_others():
-    one, parts = campaign([1, 4], noise=[0.1, 1.0, 0.1, 0.1, 1.0, 0.1])
+    one, parts = campaign([1, 4], noise=[0.1, 1.0, 0.1, 0.1, 1.0, 0.1], varies=True)
     assert one.score((0,)).fit.mean[one.score((0,)).places(one.view)[0]] < 0.1, "of 0.8"
     assert window_of(parts).recordings == ("run1", "run4")
 
@@ -209,3 +209,11 @@ def test_it_is_found_where_the_whole_campaign_says_nothing(to_and_fro):
     assert laws_of_some_recordings(to_and_fro, base, base)[0] == 1
     assert laws_of_some_recordings(to_and_fro, base, base, most=1) == [1]
     assert 1 not in laws_of_some_recordings(to_and_fro, to_and_fro.score((1,)), to_and_fro.score((1,)))
+
+
+def test_what_does_not_come_and_go_is_sought_in_some_recordings_only_where_the_unknown_says_more_than_chance(to_and_fro):
+    base, effect = to_and_fro.score(()), to_and_fro.view.library.hypotheses[1].effect
+    assert laws_of_some_recordings(to_and_fro, base, base, varying=True) == []
+    vars(effect).update(varies=True)
+    assert laws_of_some_recordings(to_and_fro, base, base, varying=True) == [1]
+    vars(effect).update(varies=False)

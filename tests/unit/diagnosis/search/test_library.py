@@ -1,5 +1,7 @@
 """The library of candidates: columns in shares of the torque, prior odds, and the mass of the prior within physical bounds."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -7,14 +9,18 @@ from hypothesis import strategies as st
 from problems import design, law, library, search
 
 from nnhydro.diagnosis.constants import LEAST_GAIN, RELEVANT
+from nnhydro.diagnosis.problem.activity import ActivityWindow
 from nnhydro.diagnosis.search.library import COLUMNS_AT_A_TIME, Library, bound_bonus, log_mass
 
 
-def test_a_standard_term_of_a_joint_is_as_probable_as_not_and_any_other_law_one_in_all_keys():
-    laws = (law("friction", standard=True), law("a"), law("b"))
+def test_friction_is_probable_other_standard_terms_of_a_joint_as_probable_as_not_and_any_other_law_one_in_all_keys():
+    laws = (law("offset", standard=True), law("a"), law("friction", standard=True, everywhere=True))
     made = library(design(0), laws)
     assert made.log_prior(0) == 0.0
     assert made.log_prior(1) == pytest.approx(-np.log(len(laws)))
+    assert made.log_prior(2) == LEAST_GAIN
+    in_a_part = replace(laws[2], activity=ActivityWindow(("run0",)))
+    assert library(design(0), (*laws[:2], in_a_part)).log_prior(2) == -LEAST_GAIN
 
 
 @given(mean=st.floats(-3, 3), sd=st.floats(0.01, 3), low=st.floats(-2, 0), width=st.floats(0.1, 5))
