@@ -1,10 +1,9 @@
 """Synthetic campaigns of robot arms with known answers: `python make.py FOLDER` writes 36 campaigns and answers.json.
 
-A FOLDER that is there already is replaced. Nothing of nnhydro is used.
+FOLDER must not be there yet. Nothing of nnhydro is used.
 """
 
 import json
-import shutil
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -19,10 +18,7 @@ from record import SEED, Case, write_campaign
 def main(target: Path) -> None:
     """Write all campaigns in an order that tells nothing, and the answers."""
     check_physics(np.random.default_rng(1))
-    if target.exists():
-        shutil.rmtree(target)
-    target.mkdir(parents=True)
-    (target / "truth_of_unseen").mkdir()
+    (target / "truth_of_unseen").mkdir(parents=True)
     jobs: list[Case | Callable[[Path, np.random.Generator], dict[str, object]]] = [write_tables, write_axis]
     for k, group in enumerate([healthy_cases, single_cases, several_cases, unlisted_cases]):
         jobs += group(np.random.default_rng(SEED + k))
@@ -39,4 +35,5 @@ def main(target: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    folder = Path(sys.argv[1])
+    main(folder) if not folder.exists() else sys.exit(f"{folder}: is there already: name a folder that is not")
