@@ -20,8 +20,8 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.constants import LEAST_GAIN, RHO
-from nnhydro.diagnosis.decision.null_draws import null_threshold
+from nnhydro.diagnosis.constants import RHO
+from nnhydro.diagnosis.decision.null_draws import least_gain, null_threshold
 from nnhydro.diagnosis.model.evidence import Columns, Posterior, WhiteRows, posterior
 from nnhydro.diagnosis.model.sizes import Sizes, fit_sizes, without_unknown
 from nnhydro.diagnosis.model.unknown import unknown_of
@@ -127,7 +127,7 @@ class Sizing:
 
     view: WeightedLibrary
     null: ScoredSet
-    threshold: float
+    chance: float
 
     def __post_init__(self) -> None:
         whitened = self.view.whitened
@@ -144,7 +144,7 @@ class Sizing:
         row = DetectableSize(h, name, unit, None, 0.0, None, shape, direction)
         if left <= UNSEEN * max(whole, 1e-300):
             return row
-        strength = strength_needed(self.threshold - library.log_prior(k), _occam(R), len(R))
+        strength = strength_needed(least_gain(library, self.chance, k) - library.log_prior(k), _occam(R), len(R))
         moved = np.sqrt(((library.columns(k) @ d[: h.width]) ** 2).sum(axis=0) / library.design.duration) / library.design.scale
         relevant = relevant_share(library.design, self.view.whitened.v)
         size = max(strength / np.sqrt(left), relevant / max(float(moved.max()), 1e-300) + SIGMAS / np.sqrt(left))
@@ -170,7 +170,7 @@ class Sizing:
         left = float(d @ _projected_gram(columns, self.alone) @ d)
         R = _projected_gram(columns, self.null.fit)
         occam = _occam(R)
-        needed = strength_needed(self.threshold - library.log_prior(k), occam, len(R)) ** 2 / 2
+        needed = strength_needed(least_gain(library, self.chance, k) - library.log_prior(k), occam, len(R)) ** 2 / 2
         for _ in range(ROUNDS):
             shown = self._gain(columns, size * d) + occam
             step = float(np.clip(np.sqrt(needed / max(shown, 1e-3)), 0.5, 4.0))
@@ -245,7 +245,7 @@ def power(campaign: Campaign, baseline: str | None = None, seed: int = 0, cutoff
     progress(f"computing {len(hypotheses)} hypotheses")
     search = Search(WeightedLibrary(whitened, Library.of(design, hypotheses, model)), sizes)
     null = search.score(())
-    sizing = Sizing(search.view, null, max(LEAST_GAIN, null_threshold(search, null, seed)))
+    sizing = Sizing(search.view, null, null_threshold(search, null, seed))
     by_key: dict[tuple[str, int, str], list[tuple[int, DetectableSize]]] = {}
     for k, hypothesis in enumerate(hypotheses):
         for name, unit, direction in _directions(hypothesis):

@@ -3,7 +3,8 @@
 A member k of the best set S is claimed if it passes six tests.
 
 1. Gain: its gain exceeds LEAST_GAIN, the gain of chance in this campaign, and the gain that an error in the form of a larger claim l makes:
-       gain(S less k, S) > max(LEAST_GAIN, q99, max_l max(FORM, 1 - p_l)^2 gain_l),      p_l: predictable share of l's torque (its card)
+       gain(S less k, S) > max(LEAST_GAIN, q99 + o_k, max_l max(FORM, 1 - p_l)^2 gain_l)
+   p_l: predictable share of l's torque (its card);  o_k: log prior odds of what is expected, friction
    If the card of l lists k as a possible confusion, FORM gain_l is required, except of the standard terms of a joint. A law that takes as
    much from the unknown as l, and leaves FORM of it at most, is exempt from both.
 2. Unknown: the law replaces the unknown as a true law does (search.stepwise.admits).
@@ -35,7 +36,7 @@ from nnhydro.diagnosis.decision.catalogue_probability import listed_probability
 from nnhydro.diagnosis.decision.form_error import form_bars
 from nnhydro.diagnosis.decision.heldout import log_densities
 from nnhydro.diagnosis.decision.heldout_errors import HeldoutErrors, fitted_error, measure_errors
-from nnhydro.diagnosis.decision.null_draws import null_threshold
+from nnhydro.diagnosis.decision.null_draws import least_gain, null_threshold
 from nnhydro.diagnosis.decision.other_frequencies import share_elsewhere
 from nnhydro.diagnosis.decision.parameters_per_recording import nats_of_parameters_per_recording
 from nnhydro.diagnosis.problem.design import relevant_share
@@ -118,10 +119,11 @@ def decide(search: Search, best: ScoredSet, seed: int, as_form: frozenset[int] =
     densities = log_densities(search.view, [best, *rests.values()], seed)
     by_fold = densities[:, :1] - densities[:, 1:]  # (folds, members)
     shares = torque_shares(search, best)
-    chance = max(LEAST_GAIN, max(null_threshold(search, rest, seed) for rest in rests.values()))
+    largest = max(null_threshold(search, rest, seed) for rest in rests.values())
+    chance = {k: least_gain(search.view.library, largest, k) for k in best.chosen}
     bars = [0.0 if k in exact else bar for k, bar in zip(best.chosen, form_bars(search, best, list(rests.values())), strict=True)]
-    judged = {k: _judge(search, best, rests[k], k, by_fold[:, i], shares, max(chance, bars[i])) for i, k in enumerate(best.chosen)}
-    failed = [(chance < gain <= bar, min(listed_probability(search, best, k), LEAST_PROBABLE), gain, k)
+    judged = {k: _judge(search, best, rests[k], k, by_fold[:, i], shares, max(chance[k], bars[i])) for i, k in enumerate(best.chosen)}
+    failed = [(chance[k] < gain <= bar, min(listed_probability(search, best, k), LEAST_PROBABLE), gain, k)
               for k, bar in zip(best.chosen, bars, strict=True) if not judged[k].claimed for gain in (search.gain(rests[k], best),)]
     if not failed:
         known[place] = Claims(best, tuple(judged.values()), shares, as_form)
@@ -133,7 +135,7 @@ def decide(search: Search, best: ScoredSet, seed: int, as_form: frozenset[int] =
         rival = (best, exact | {worst}) if fallen else None
     else:
         made = decide(search, search.score(sorted({*rests[worst].chosen, *as_form})), seed, frozenset(), exact, known)
-        improbable, weak = judged[worst].reason == IMPROBABLE, search.gain(rests[worst], best) <= chance
+        improbable, weak = judged[worst].reason == IMPROBABLE, search.gain(rests[worst], best) <= chance[worst]
         instead = _members_instead(search, best, worst, improbable, made) if improbable or weak else set()
         rival = (search.score(best.without(*instead)), exact) if instead else None
     if rival:

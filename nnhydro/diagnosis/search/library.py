@@ -117,8 +117,12 @@ class Library:
         h = self.hypotheses[k]
         part = 0.0 if h.activity is None else LEAST_GAIN + np.log(self._parts[h.key])
         odds = 0.0 if h.effect.standard else np.log(len(self.key_counts))
-        odds = -LEAST_GAIN if h.effect.everywhere and h.activity is None else odds
-        return -float(odds + np.log(self.key_counts[h.key]) + part + h.log_tried)
+        return self.log_expected(k) - float(odds + np.log(self.key_counts[h.key]) + part + h.log_tried)
+
+    def log_expected(self, k: int) -> float:
+        """Return by how much the log prior odds of hypothesis `k` exceed even ones: no chance gain counts that."""
+        h = self.hypotheses[k]
+        return LEAST_GAIN if h.effect.everywhere and h.activity is None else 0.0
 
     @cached_property
     def _parts(self) -> Counter[Key]:
