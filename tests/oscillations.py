@@ -27,6 +27,8 @@ class Shape:
     joint: int = 0
     family: str = "oscillation"
     standard: bool = False
+    everywhere: bool = False
+    varies: bool = False
     general: bool = False
     signature: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(mistaken_for=(), depends_on=("t",)))
     linear: tuple[float, ...] = (0.0, 0.0)

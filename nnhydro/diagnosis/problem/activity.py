@@ -1,6 +1,7 @@
 """When and where a hypothesis acts: in some recordings, from or until a time of the campaign, or in a sector of a joint's angle."""
 
 from dataclasses import dataclass
+from math import comb, log
 from typing import Any, final
 
 import numpy as np
@@ -10,6 +11,7 @@ from nnhydro.effects.in_sector import within
 from nnhydro.recordings.segment import Segment
 
 Array = NDArray[np.float64]
+BINS = 8  # bins of a joint's angle
 
 
 @final
@@ -36,6 +38,17 @@ class ActivityWindow:
     def persists(self) -> bool:
         """Whether the effect is known to act in what is recorded next."""
         return self.sector is not None or self.since
+
+    def log_alternatives(self, recordings: int) -> float:
+        """Return the log number of parts of this kind in a campaign of `recordings`, of which each is as probable.
+
+            sectors  BINS (BINS + 1) / 2,    parts with an end in time  2 (G - 1),    m of G recordings  G binom(G, m)
+        """
+        if self.sector is not None:
+            return log(BINS * (BINS + 1) / 2)
+        if self.since or self.until:
+            return log(2 * max(recordings - 1, 1))
+        return log(recordings * comb(recordings, len(self.recordings)))
 
     def mask(self, segment: Segment) -> Array:
         """Return 1 where the effect acts on the rows of `segment`, else 0, (n,)."""

@@ -2,9 +2,9 @@
 
     y = ... + sum_m a_m mask_m (X_k beta_k),     a ~ N(1/2, 1)        m: recordings, or bins of a joint's angle
 
-The values beta_k are those of the recordings in which the law gains: of a fit to all, those without noise would make nothing.
+The values beta_k of what comes and goes are those of the recordings in which it gains: a fit to all would make nothing of them.
 Where the amplitudes a_m fall into some near 1 and some near 0, the law with the mask of the former competes with the whole law by the same
-score, its prior shared between the parts that are tried; and it must leave the unknown at most LEAVES of what the whole law leaves. So a
+score, its prior shared between all parts of its kind; and it must leave the unknown at most LEAVES of what the whole law leaves. So a
 part is taken only where the rest of the campaign speaks against the law, not where it is silent. Order in time is known from clocks alone.
 A pump that runs in five recordings of fourteen moves the mean of all by little, and a wave with an amplitude for each recording follows it.
 Laws are therefore also screened by what they gain with values per recording, over those in which they gain:
@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from nnhydro.diagnosis.constants import DETECTED, RHO
 from nnhydro.diagnosis.model.evidence import added_evidence
 from nnhydro.diagnosis.model.sizes import without_unknown
-from nnhydro.diagnosis.problem.activity import ActivityWindow, Sector
+from nnhydro.diagnosis.problem.activity import BINS, ActivityWindow, Sector
 from nnhydro.diagnosis.problem.columns import columns_on
 from nnhydro.diagnosis.problem.hypothesis import AnyEffect, Hypothesis, Key
 from nnhydro.diagnosis.problem.problem import Stretch
@@ -39,7 +39,6 @@ from nnhydro.effects.effect import InstrumentEffect
 from nnhydro.models.strip_theory import StripTheory
 
 Array = NDArray[np.float64]
-BINS = 8  # bins of a joint's angle
 IN_THE_DRIVE = 1  # stage of an instrument effect (effects/effect.py)
 CLEAR = 0.25  # amplitude over that of the whole law, below which a part is silent; above 1 less this it acts
 
@@ -184,7 +183,7 @@ def laws_of_some_recordings(search: Search, base: ScoredSet, found: ScoredSet, m
                             varying: bool = False) -> list[int]:
     """Return the laws that gain most beside `base` with values per recording, the best of a key, and more than `found` gains.
 
-    `varying`: only of what comes and goes on a sound machine, by its card.
+    `varying`: only of what comes and goes on a sound machine, by its card, and if they gain DETECTED nats more.
     """
     view = search.view
     with_them, alone = (without_unknown(view.whitened, view.join(scored.chosen)).log_evidence for scored in (found, base))
@@ -192,7 +191,7 @@ def laws_of_some_recordings(search: Search, base: ScoredSet, found: ScoredSet, m
     best: dict[Key, int] = {}
     for i in np.argsort(-gains).tolist():
         k = int(search.view.shared[i])
-        fits = view.library.hypotheses[k].effect.varies or not varying
+        fits = not varying or (view.library.hypotheses[k].effect.varies and gains[i] > with_them - alone + DETECTED)
         if fits and gains[i] > with_them - alone and search.place(k) not in taken and len(best) < most:
             best.setdefault(search.key(k), k)
     return list(best.values())
@@ -202,8 +201,9 @@ def _windows(search: Search, found: ScoredSet, k: int, model: StripTheory, secto
     """The parts of the campaign that the amplitudes of member `k` of `found` suggest; `sectors` of angles, too."""
     library = search.view.library
     at = library.at(k)
-    windows = _of_recordings(search, found, k, library.columns(k) @ _values_where_it_acts(search, found, k))
     scaled = found.fit.mean[found.places(search.view)[k]]
+    comes_and_goes = library.hypotheses[k].effect.varies
+    windows = _of_recordings(search, found, k, library.columns(k) @ (_values_where_it_acts(search, found, k) if comes_and_goes else scaled))
     return windows if not sectors else windows + _of_sectors(search, found, k, scaled * library.scale[at], model)
 
 

@@ -1,6 +1,5 @@
 """The candidate library: hypotheses with their scaled columns, prior odds and bounds."""
 
-from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -115,7 +114,7 @@ class Library:
         chosen from all in the band.
         """
         h = self.hypotheses[k]
-        part = 0.0 if h.activity is None else LEAST_GAIN + np.log(self._parts[h.key])
+        part = 0.0 if h.activity is None else LEAST_GAIN + h.activity.log_alternatives(self.design.problem.groups)
         odds = 0.0 if h.effect.standard else np.log(len(self.key_counts))
         return self.log_expected(k) - float(odds + np.log(self.key_counts[h.key]) + part + h.log_tried)
 
@@ -123,11 +122,6 @@ class Library:
         """Return by how much the log prior odds of hypothesis `k` exceed even ones: no chance gain counts that."""
         h = self.hypotheses[k]
         return LEAST_GAIN if h.effect.everywhere and h.activity is None else 0.0
-
-    @cached_property
-    def _parts(self) -> Counter[Key]:
-        """In how many parts of the campaign the laws of every key are tried."""
-        return Counter(hypothesis.key for hypothesis in self.hypotheses if hypothesis.activity is not None)
 
     def bounds(self, k: int) -> tuple[Array, Array]:
         """Return the physical bounds (width,) of the scaled values of hypothesis `k`."""

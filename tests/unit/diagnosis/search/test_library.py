@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from problems import design, law, library, search
 
 from nnhydro.diagnosis.constants import LEAST_GAIN, RELEVANT
-from nnhydro.diagnosis.problem.activity import ActivityWindow
+from nnhydro.diagnosis.problem.activity import ActivityWindow, Sector
 from nnhydro.diagnosis.search.library import COLUMNS_AT_A_TIME, Library, bound_bonus, log_mass
 
 
@@ -19,8 +19,8 @@ def test_friction_is_probable_other_standard_terms_of_a_joint_as_probable_as_not
     assert made.log_prior(0) == 0.0
     assert made.log_prior(1) == pytest.approx(-np.log(len(laws)))
     assert made.log_prior(2) == LEAST_GAIN
-    in_a_part = replace(laws[2], activity=ActivityWindow(("run0",)))
-    assert library(design(0), (*laws[:2], in_a_part)).log_prior(2) == -LEAST_GAIN
+    in_a_part = replace(laws[2], activity=ActivityWindow(("run0",), until=True))
+    assert library(design(0), (*laws[:2], in_a_part)).log_prior(2) == pytest.approx(-LEAST_GAIN - np.log(6))
 
 
 @given(mean=st.floats(-3, 3), sd=st.floats(0.01, 3), low=st.floats(-2, 0), width=st.floats(0.1, 5))
@@ -94,11 +94,9 @@ def test_runs_hold_neighbours_and_not_many_more_columns_than_are_multiplied_at_a
     assert sizes[0] == 5, "a gap ends a run"
 
 
-def test_that_a_law_acts_in_a_part_only_is_as_improbable_as_a_claim_without_the_least_gain_shared_between_parts():
-    window = object()
-    whole, part = law("a"), law("a", activity=window)
-    one, three = (library(design(0), (whole, *(part,) * count)) for count in (1, 3))
-    counted = {law_.key: 1 for law_ in one.hypotheses}
-    for made, parts in ((one, 1), (three, 3)):
-        made.__dict__["key_counts"] = counted
-        assert made.log_prior(0) - made.log_prior(1) == pytest.approx(LEAST_GAIN + np.log(parts))
+@pytest.mark.parametrize(("window", "parts"), [
+    (ActivityWindow(("run2", "run3"), since=True), 6), (ActivityWindow(("run0",), until=True), 6),
+    (ActivityWindow(("run0", "run2")), 4 * 6), (ActivityWindow(sector=Sector(1, 0.0, 1.0)), 36)])
+def test_that_a_law_acts_in_a_part_only_is_as_improbable_as_a_claim_without_the_least_gain_shared_between_all_parts(window, parts):
+    made = library(design(0), (law("a"), law("a", activity=window)))
+    assert made.log_prior(0) - made.log_prior(1) == pytest.approx(LEAST_GAIN + np.log(parts))
