@@ -32,6 +32,7 @@ from nnhydro.diagnosis.problem.hypothesis import AnyEffect, Hypothesis, Key
 from nnhydro.diagnosis.problem.problem import Stretch
 from nnhydro.diagnosis.search.best_fit import remainder_without_unknown
 from nnhydro.diagnosis.search.library import Library
+from nnhydro.diagnosis.search.linearisation import extend_library
 from nnhydro.diagnosis.search.scored_set import ScoredSet
 from nnhydro.diagnosis.search.stepwise import FITTED_EXACTLY, GrownSearch, Search
 from nnhydro.diagnosis.search.weighted_library import WeightedLibrary
@@ -247,8 +248,7 @@ def _with_whole_laws(search: Search, found: ScoredSet, model: StripTheory) -> tu
         return search, []
     start = len(library.hypotheses)
     whole = [replace(library.hypotheses[k], activity=None) for k in confined]
-    grown = library.with_more(Library.of(library.design, whole, model), library.key_counts)
-    following = Search(WeightedLibrary(search.whitened, grown, before=search.view), found.sizes, search.report, search.settled)
+    following = extend_library(search, found, whole, model)
     return following, [(start + i, following.score((*found.without(k), start + i))) for i, k in enumerate(confined)]
 
 

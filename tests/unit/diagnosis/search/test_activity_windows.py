@@ -1,5 +1,6 @@
 """Parts of a campaign: amplitudes say in which recordings a law acts, and a part is taken where the rest speaks against the whole."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -102,6 +103,18 @@ def test_where_clocks_say_the_order_a_law_begins_or_ends(acts, since, until):
     window = window_of(campaign(acts, order=range(6))[1])
     assert (window.since, window.until) == (since, until)
     assert window.recordings == tuple(f"run{g}" for g in acts)
+
+
+def test_where_a_law_acts_is_found_again_once_its_values_are_finer():
+    """About other values, its columns may say of a recording what those about none did not: here that it acts in run5, too."""
+    one, _ = campaign([3, 4, 5], order=range(6))
+    of, group, whole = one.view.library.design, one.view.library.design.problem.group_of, one.view.library.hypotheses[0]
+    too_few = replace(whole, activity=ActivityWindow(("run3", "run4")))
+    X = one.view.library.columns(0)
+    of.columns = lambda laws, model: np.concatenate([X] * len(laws), axis=2)
+    confined = search(of, (too_few, one.view.library.hypotheses[1]),
+                      np.concatenate([X * np.isin(group, [3, 4])[:, None, None], one.view.library.columns(1)], axis=2), level=0.3**2)
+    assert window_of(in_parts(confined, confined.score((0,)), None)).recordings == ("run3", "run4", "run5")
 
 
 def test_the_order_of_names_is_not_time():
