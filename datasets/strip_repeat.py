@@ -17,7 +17,6 @@ Array = NDArray[np.float64]
 
 HERE = Path(__file__).parent
 COPIES, OFF, SEED = 3, 1e-4, 0
-SEEDS = {"ns_tank": 1966, "vortex_tank": 1979}
 
 
 def main(name: str, only: list[str]) -> None:
@@ -25,9 +24,9 @@ def main(name: str, only: list[str]) -> None:
     sys.path.insert(0, str(HERE / name))
     import make
     from strip_arm import rigid_torque, strip_motions, water_torque
-    from strip_tank import ANTI_ALIAS_HZ, RATE, Run, Tank, move, water
+    from strip_tank import ANTI_ALIAS_HZ, RATE, Run, move, water
 
-    tank = Tank(HERE / name, SEEDS[name], make.FLUID, make.RUNS, make.UNSEEN, make.strip_forces)
+    tank = make.TANK
     links, low_pass = tank.links(), signal.butter(4, ANTI_ALIAS_HZ, fs=RATE, output="sos")
     rng = np.random.default_rng(SEED)
 

@@ -44,6 +44,7 @@ UNSEEN = [
     Run("tow_reverse", (10, -20), ((-22, 20), (22, -10)), 0.9, tow=0.10),
     Run("oscillate_kc12", (0, 0), sines=((1, 7.0, 0.42), (2, -4.0, 0.42)), seconds=5.0),
 ]
+TANK = Tank(Path(__file__).parent, 1966, FLUID, RUNS, UNSEEN, strip_forces)
 
 if __name__ == "__main__":
-    main(Tank(Path(__file__).parent, 1966, FLUID, RUNS, UNSEEN, strip_forces), __doc__)
+    main(TANK, __doc__)

@@ -44,6 +44,7 @@ UNSEEN = [
     Run("tow_reverse", (20, -20), ((-40, 30), (40, -20)), 2.2, tow=0.25),
     Run("oscillate_kc12", (0, 0), sines=((1, 7.0, 0.9), (2, -4.0, 0.9)), seconds=4.0),
 ]
+TANK = Tank(Path(__file__).parent, 1979, FLUID, RUNS, UNSEEN, strip_forces)
 
 if __name__ == "__main__":
-    main(Tank(Path(__file__).parent, 1979, FLUID, RUNS, UNSEEN, strip_forces), __doc__)
+    main(TANK, __doc__)

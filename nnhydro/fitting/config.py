@@ -32,7 +32,7 @@ class TrainingConfig(Settings):
     features: tuple[str, ...] = ("morison", "groups", "angles", "rates", "wake", "arm", "friction", "interference")
     law: tuple[str, ...] = ("reynolds", "span", "bend", "shadow")  # what the strips' drag and added mass depend on; () for no law
     free: bool = True  # whether a part that the mirror need not repeat may be learned, where held-out recordings ask for it
-    strip_net: bool = True  # whether a hybrid may hold a trained memory of the strips, where held-out recordings ask for it
+    strip_net: bool = True  # whether a trained memory of the strips may be held, where held-out recordings ask for it
     layers: Literal["common", "parallel"] = "common"  # hidden layers for all torques, or a stack for each
     hidden: tuple[int, ...] = Field(default=(32, 32), min_length=1, max_length=64)  # neurons of each layer
     members: int = Field(default=6, ge=1, le=64)

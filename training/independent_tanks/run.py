@@ -7,6 +7,7 @@ stopped goes on where it was. README.md shows what the version at hand made and 
 import json
 import subprocess
 import sys
+import tempfile
 import tomllib
 from pathlib import Path
 
@@ -25,7 +26,8 @@ HEAD = ["# Learned models on independent tanks", "",
         "  config.toml states it.",
         "- `worst`: largest error on a recording, relative to that of `constant`; the aim is at most 1.1.",
         "- `> 1.1`: number of recordings on which the error is more than 1.1 times that of `constant`.",
-        "- `95 %`: share of held-out rows within the model's 95 % intervals.", "",
+        "- `95 %`: share of held-out rows within the model's 95 % intervals.",
+        "- `_60`, `_100`: the tank with as many recordings, drawn by datasets/strip_more.py beside the 20 listed ones.", "",
         "| tank | protocol | model | error | bar | worst | > 1.1 | 95 % |", f"|{' --- |' * 8}"]
 TAIL = ["", "`python training/independent_tanks/where.py ns_tank` prints where the error of the hybrid stands: by kind of motion,",
         "by time, and by frequency.", "",
@@ -40,6 +42,21 @@ def version() -> str:
         return subprocess.run(["git", *words], capture_output=True, text=True, check=True, cwd=HERE).stdout.strip()
 
     return git("rev-parse", "--short", "HEAD:nnhydro") + ("-dirty" if git("status", "--porcelain", "--", ":/nnhydro") else "")
+
+
+def campaign_of(name: str, chosen: dict) -> Path:
+    """The campaign of a set; one with `more` motions is made in runs/ if it is not there."""
+    listed = Path(chosen["campaign"])
+    if "more" not in chosen:
+        return listed
+    made = HERE / "runs" / name
+    if not made.is_dir():
+        made.parent.mkdir(exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=made.parent) as place:
+            more = [sys.executable, str(listed.parent / "strip_more.py"), listed.name, str(chosen["more"]), f"{place}/{name}"]
+            subprocess.run(more, check=True)
+            Path(place, name).rename(made)
+    return made
 
 
 def bar(models: dict, kinds: bool, stated: float | None) -> str:
@@ -90,7 +107,7 @@ def main() -> None:
             if found.get(model, {}).get("version") == now:
                 continue
             options = BenchmarkOptions([model], config["folds"], config["seed"], protocol=protocol)
-            result = options.benchmark(open_campaign(Path(chosen["campaign"])))
+            result = options.benchmark(open_campaign(campaign_of(name, chosen)))
             found[model] = result.document()["models"][model] | {"version": now}
             write_json(path, results)
             write_text(HERE / "README.md", table(results, now, config["sets"]))

@@ -74,7 +74,7 @@ def out_of_fold(model: LearnedTorque, rows: Rows, watched: Tensor) -> tuple[Tens
         scatter = whole.std(dim=0) if len(members) > 1 else torch.zeros_like(predicted)
         if rows.replaced is not None:
             replaced, known = torch.split(rows.replaced[piece].double(), [scale.shape[1], 1], dim=1)
-            predicted, scatter = model.blend(predicted, scatter, phi * replaced, known)
+            predicted, scatter = model.blend(predicted, scatter, model.fading(x) * replaced, known)
         parts.append((target - predicted, scatter, scale, phi, rows.unit[piece], target))
     return tuple(torch.cat(column) for column in zip(*parts, strict=True))
 

@@ -107,7 +107,7 @@ def train_units(chosen: Sequence[Unit], arm: Arm, how: Preparation, config: Trai
                              linear.seen.swiftest, _skip(part, rows, spread), ensemble, base, _law(part, linear, law_of(config, arm)),
                              fixed)
         model = with_trust(replace(bare, support=support(rows).contiguous()), rows, watched)
-        if config.strip_net and base is not None and not arm.dry:
+        if config.strip_net and not arm.dry:
             model, rows = with_strip_net(model, rows, watched, chosen, config.seed)
         return with_std(model, rows, watched)
 

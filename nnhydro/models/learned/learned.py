@@ -7,7 +7,8 @@ What is learned is a linear part, solved in closed form, and the ensemble of net
 `free` (free_part.py) is what the mirror image of the rig need not repeat, as the pull of a line that is fixed to the tank; all else changes
 sign with it. It stands beside the baseline: what it is worth does not depend on the water, whose scale S bounds the rest. `net`
 (strip_net.py) is a memory of the strips that was trained as a whole: it stands for baseline and all that is learned beside it, by the
-share w that recordings held out of both confirm. k falls from 1 to 0 where the base moves faster than in its training.
+share w that recordings held out of both confirm. k falls from 1 to 0 where the base moves faster than in its training. A network has no
+base, and neither shrinks nor fades.
 """
 
 from dataclasses import dataclass
@@ -123,6 +124,10 @@ A hybrid uses of the members' mean as much as exceeds their disagreement (shrink
             return torch.ones_like(x[:, :1])
         return 1 / (1 + (x @ self.support).pow(2).sum(dim=1, keepdim=True))
 
+    def fading(self, x: Tensor) -> Tensor:
+        """Return how much of what is learned is used (n, 1): phi of a hybrid, all of a network, which has nothing to fade to."""
+        return torch.ones_like(x[:, :1]) if self.baseline is None else self.familiarity(x)
+
     def excess(self, view: View, x: Tensor) -> Tensor:
         """Return e (n, 1) of standardised features x (n, k) as they are: 0 within the range of training."""
         half = ((self.highest - self.lowest) / 2).clamp(min=1.0)
@@ -141,9 +146,7 @@ A hybrid uses of the members' mean as much as exceeds their disagreement (shrink
         x (n, k) from `within_range`, the Morison scale (n, joints) N m, and the linear part (E, n, joints) in units of it.
         """
         learned = scale * soft_bound(linear + odd_output(self.ensemble, self.within_range(x), self.parity), self.bound)
-        if self.baseline is None:
-            return learned
-        return self.familiarity(x) * (learned if self.trust is None else self.trust * learned)
+        return self.fading(x) * (learned if self.trust is None else self.trust * learned)
 
     def replacement(self, view: View, x: Tensor, base: Tensor) -> tuple[Tensor, Tensor] | None:
         """Return what the strip net puts in place of the baseline's torque, phi (rigid + net - base) (n, joints) N m; None without one.
@@ -153,7 +156,7 @@ A hybrid uses of the members' mean as much as exceeds their disagreement (shrink
         if self.water is None:
             return None
         net = rigid_torque(view.flow) + self.water.torque(view.flow)
-        return self.familiarity(x) * (net - base), self.water.validity(view.flow)
+        return self.fading(x) * (net - base), self.water.validity(view.flow)
 
     def blend(self, learned: Tensor, scatter: Tensor, replaced: Tensor, known: Tensor) -> tuple[Tensor, Tensor]:
         """Return what is added to the baseline by the share of a strip net, and the scatter to be expected, (n, joints) N m each."""
@@ -199,9 +202,10 @@ A hybrid uses of the members' mean as much as exceeds their disagreement (shrink
         learned, scatter = odd.mean(dim=0), (odd + free).std(dim=0) if len(odd) > 1 else torch.zeros_like(base)
         if self.baseline is not None:
             doubted = (1 + WIDENING * self.excess(view, x)) ** 2 * jackknife(odd, self.fit.get(LEFT_OUT, 0.0), self.fit.get(CAUTION, 1.0))
-            learned, replaced = shrink(learned, doubted, view.scale), self.replacement(view, x, base)
-            if replaced is not None:
-                learned, scatter = self.blend(learned, scatter, *replaced)
+            learned = shrink(learned, doubted, view.scale)
+        replaced = self.replacement(view, x, base)
+        if replaced is not None:
+            learned, scatter = self.blend(learned, scatter, *replaced)
         return base + free.mean(dim=0) + learned, scatter, view, x
 
     def document(self) -> dict[str, Any]:

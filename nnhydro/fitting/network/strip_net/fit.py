@@ -23,7 +23,7 @@ from nnhydro.models.learned.strip_net import FASTEST, StripNet
 
 SIZE, BATCH = 16, 8
 RATE, MATRIX_RATE, DECAY = 3e-2, 0.1, 0.05  # at the cycle's top; the share of a weight that a step takes off is DECAY times its rate
-EPOCHS, STEPS = 90, 500  # passes over the stretches; of many so few that steps are no more
+EPOCHS, STEPS = 90, 800  # passes over the stretches; of many so few that steps are no more
 NOISE = 0.03  # of the inputs' spread, added in training
 SOFT = 0.03  # of the mean torque: below it misfits count by their squares
 STATED = 1e-3  # of the loss, for a coefficient of the arm or of plain loads of 1

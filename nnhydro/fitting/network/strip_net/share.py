@@ -1,4 +1,4 @@
-"""How much of a strip net is used in place of all else that a hybrid learned: judged on recordings that neither has seen.
+"""How much of a strip net is used in place of all else that was learned: judged on recordings that neither has seen.
 
     share_j = t_j / (t_j + (1 - t_j) f),    t_j maximises   mean(g) - sd(g)/sqrt(n),    g = ln sum |r|_j - ln sum |r - t (net - learned)|_j
 
@@ -7,6 +7,7 @@ what they add to the baseline, `net` what the net without these recordings puts 
 g is the gain on each of the n groups, of which one that is halved makes up for one that is doubled, however large their torques; f is the
 part of them that a net has seen. The largest gain less one standard error is one that new recordings would likely confirm. Of few
 recordings, or where the net is no better, no share is left, and no net is kept.
+A network has no baseline: its net stands for the whole torque, and the recordings that it is judged on are those that a member watches.
 Otherwise the mean of NETS nets of all recordings is used: chance in what a single one has learned falls out of it (mean.py).
 Source: stacking, Wolpert (1992), Neural Networks 5, 241; one standard error, Breiman et al. (1984), section 3.4.3; credit: stacking.py.
 """
@@ -63,13 +64,13 @@ def gains(r: Tensor, apart: Tensor, group: Tensor) -> Tensor:
     return (left[0] / left).log()
 
 
-def _replacement(net: StripNet, base: TorqueModel, unit: Unit, arm: Arm) -> Tensor:
+def _replacement(net: StripNet, base: TorqueModel | None, unit: Unit, arm: Arm) -> Tensor:
     """What a net puts in place of the base in the rows of a unit, as the sensor sees it, and how far it may be used, (n, joints + 1)."""
-    unit_base, parts = on_arm(base, arm_of(unit, arm)), []
+    unit_arm, parts = arm_of(unit, arm), []
     for segment in unit.segments():
         motion = Motion.of(segment)
-        flow = Flow(unit_base.arm, motion)
-        apart = rigid_torque(flow) + net.torque(flow) - unit_base.torque(motion)
+        flow = Flow(unit_arm, motion)
+        apart = rigid_torque(flow) + net.torque(flow) - (0 if base is None else on_arm(base, unit_arm).torque(motion))
         both = torch.cat([tensor(segment.filter(apart.numpy())), net.validity(flow)], dim=1)
         parts.append(both[torch.from_numpy(row_numbers(segment))])
     return torch.cat(parts).float()
@@ -82,10 +83,11 @@ def with_strip_net(model: LearnedTorque, rows: Rows, watched: Tensor, chosen: Se
     Both come back as they are where no share is sure to gain, or the nets so far have gained nothing on the groups that they left out.
     """
     parts, base = thirds(chosen, seed), model.baseline
-    if base is None or not parts or not bool(watched.any(dim=0).all()):
+    if not parts or not bool(watched.any() if base is None else watched.any(dim=0).all()):
         return model, rows
     runs, index = runs_of(chosen, model.arm), sample_rows(rows.unit, watched)
-    r, _, _, phi, unit, target = out_of_fold(model, rows, watched)
+    r, _, _, _, unit, target = out_of_fold(model, rows, watched)
+    used = model.fading(rows.x[index].double())
     groups = sorted({member.group for member in chosen})
     group = torch.tensor([groups.index(member.group) for member in chosen])[unit.long()]
     unseen, judged = torch.zeros(len(rows.target), target.shape[1] + 1), torch.zeros(len(chosen), dtype=torch.bool)
@@ -95,7 +97,7 @@ def with_strip_net(model: LearnedTorque, rows: Rows, watched: Tensor, chosen: Se
             unseen[rows.unit == k], judged[k] = _replacement(net, base, chosen[k], model.arm), True
         replaced, known = torch.split(unseen[index].double(), [target.shape[1], 1], dim=1)
         so_far = judged[unit.long()]
-        gain = gains(*(x[so_far] for x in (r, known * (phi * replaced - (target - r)), group)))
+        gain = gains(*(x[so_far] for x in (r, known * (used * replaced - (target - r)), group)))
         if not bool((gain.mean(dim=1) > 0).any()):
             return model, rows
     share = share_of(gain, 1 - 1 / THIRDS)

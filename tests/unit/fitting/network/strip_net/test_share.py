@@ -1,4 +1,4 @@
-"""How much of a strip net a hybrid uses: what held-out recordings confirm, and nothing where they do not."""
+"""How much of a strip net a hybrid or network uses: what held-out recordings confirm, and nothing where they do not."""
 
 from dataclasses import replace
 
@@ -94,10 +94,11 @@ def test_recordings_of_large_torques_do_not_outvote_others(size):
     assert float(share_of(gains(r, apart, torch.arange(8)), 2 / 3)) == 0.0
 
 
-def test_what_the_net_gains_on_held_out_recordings_is_used():
+@pytest.mark.parametrize("kind", ["hybrid", "network"])
+def test_what_the_net_gains_on_held_out_recordings_is_used(kind):
     a = arm(2)
     whole = campaign(a, state_loads(a), 9, seconds=2.5, rate=40.0)
-    poor = FAST.model_copy(update={"law": (), "features": ("rates",), "free": False, "baseline": "drag-only"})
+    poor = FAST.model_copy(update={"law": (), "features": ("rates",), "free": False, "baseline": "drag-only", "model": kind})
     model = train(whole, poor)
     assert model.share is not None
     assert float(model.share.min()) > 0.2
