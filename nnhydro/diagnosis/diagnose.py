@@ -46,6 +46,7 @@ from nnhydro.fitting.identify import versions
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.threads import one_thread
 from nnhydro.recordings.campaign import Campaign
+from nnhydro.recordings.filtering.band import share_above
 from nnhydro.recordings.repeats import copied_recordings
 
 NEVER_FATAL = (NnhydroError, np.linalg.LinAlgError, ArithmeticError, ValueError)  # of a control: it never costs the verdict
@@ -137,6 +138,7 @@ def _complete(campaign: Campaign, decided: DecidedCampaign, options: "DiagnosisO
               progress: Callable[[str], None]) -> DiagnosisResult:
     """Return the whole diagnosis: findings, models, other bands, the next experiment."""
     found, heldout, base = decided.found, decided.heldout, decided.found.design.baseline
+    problem = found.design.problem
     search, claimed = found.search, found.decided.claimed
     findings = [replace(finding, error_with=heldout.after,
                         error_without=heldout.without.get((finding.effect, finding.law.joint), heldout.before))
@@ -150,9 +152,10 @@ def _complete(campaign: Campaign, decided: DecidedCampaign, options: "DiagnosisO
     z_before, z_after = (base.within(best_fit(search, model_set).z) for model_set in (search.score(()), claimed))
     noise_rms = np.sqrt(found.noise.noise_variance.sum(axis=0) / found.design.duration)
     before, corrected = base.as_model(z_before), corrected_model(base, z_before, z_after, findings)
-    record = trained_on(campaign, found.design.problem, base.simulated or base.physics)
+    record = trained_on(campaign, problem, base.simulated or base.physics)
     before, corrected = with_record(before, record if base.is_physics else {}), with_record(corrected, record)
-    checks = _checks(found, heldout.before, heldout.after, heldout.recordings) | base.against_stated(z_after) | unjudged | why
+    above = {} if found.design.undriven else {"torque_above_band": share_above(map(campaign.load, problem.names), problem.edge)}
+    checks = _checks(found, heldout.before, heldout.after, heldout.recordings) | base.against_stated(z_after) | unjudged | why | above
     if base.is_physics:
         checks["against_stated"] += impossible_coefficients(found.design)
     return DiagnosisResult(before, corrected, base.name, 0.0, _p_value(found, decided.rest), decided.floor, heldout,

@@ -96,7 +96,15 @@ class DiagnosisResult:
         """Return the finding of the diagnosis in plain words."""
         said = (self._findings_text() if self.findings else self._no_finding_text()) + self._simulation()
         stated = " ".join(f"{line}." for line in self.checks.get("against_stated", [])[:SHOWN])
-        return " ".join(self.baseline.arm.text(f"{said} {stated} {self.checks.get('left_out', '')}").split())
+        return " ".join(self.baseline.arm.text(f"{said} {stated} {self.checks.get('left_out', '')} {self._above_band()}").split())
+
+    def _above_band(self) -> str:
+        """How much of the torque lies above the band, as a sentence; empty where it is less than MOST_LEFT."""
+        share = self.checks.get("torque_above_band", 0.0)
+        if share <= MOST_LEFT:
+            return ""
+        return (f"Above {self.checks['band_hz']:.2g} Hz, the torque has {100 * share:.0f} % of its rms, which was not compared with the "
+                "model. If that is no noise, state a higher cut-off (`--cutoff`).")
 
     def _simulation(self) -> str:
         """What recalibration beside the user's own simulation does, as a sentence; empty for physics of ours, or where it does nothing."""

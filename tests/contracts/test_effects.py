@@ -26,7 +26,7 @@ from nnhydro.recordings.filtering.preprocessing import Preparation
 FAMILIES = {
     "wake": "wake_development flow_memory wake_reentry history_force vortex_shedding",
     "drag_law": "reynolds_drag axial_drag tip_drag drag_form", "interference": "link_interference wall_proximity",
-    "water": "ambient_current wave_orbital", "inertia": "added_mass rotor_inertia payload_mass",
+    "water": "ambient_current wave_orbital", "inertia": "added_mass rotor_inertia payload_mass munk_moment",
     "dry_friction": "coulomb_friction stribeck_friction load_friction", "viscous": "viscous_friction",
     "restoring": "buoyancy_tilt umbilical_stiffness",
     "transmission": "joint_elasticity oscillating_mass flexible_mount backlash torque_ripple",

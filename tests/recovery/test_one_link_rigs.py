@@ -149,6 +149,28 @@ def test_a_drag_crisis_is_named_of_tows_with_its_reynolds_number(tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("share", [0.0, 0.4])
+def test_the_moment_of_oblique_tows_is_named_and_nothing_where_there_is_none(share, tmp_path):
+    """A stout link towed at all angles: Munk's moment is -share (m_y - m_x) u_x u_y, here with m_x = 0."""
+    write_arm(tmp_path)
+    (tmp_path / "steady").mkdir()
+    rng, rows = np.random.default_rng(4), []
+    for q in (-1.2, -0.8, -0.4, 0.0, 0.3, 0.7, 1.1):
+        for u in (0.2, 0.4, 0.6, 0.8):
+            across, along = u * np.cos(q), u * np.sin(q)
+            tau = 500 * DIAMETER * CD * across * abs(across) * LENGTH**2 / 2
+            tau += share * 1000 * np.pi * DIAMETER**2 / 4 * LENGTH * along * across
+            rows.append((q, 0.0, u, tau + 0.02 * rng.standard_normal()))
+    pd.DataFrame(rows, columns=["q1_rad", "dq1_rad_s", "u0_m_s", "tau1_Nm"]).to_csv(tmp_path / "steady" / "tow.csv", index=False)
+    found = nnhydro.diagnose(tmp_path)
+    assert [f.effect for f in found.findings] == ["munk_moment"] * (share > 0), found.verdict()
+    if share:
+        told = found.findings[0].parameters["share"]
+        assert told.ci95[0] < share < told.ci95[1]
+        assert told.value == pytest.approx(share, rel=0.1)
+
+
+@pytest.mark.slow
 def test_a_hull_that_softens_as_it_heels_is_named_with_its_damping(tmp_path):
     """Free decays of a model whose righting moment is m g GM sin x (1 - 2 x^2), damped in proportion to its rate and to its square."""
     mass, height, inertia = 60.0, 0.02, 2.2  # kg, m, kg m^2 with the water's

@@ -35,6 +35,12 @@ def displaced_mass(flow: Flow) -> Tensor:
     return flow.rho * pi * flow.D**2 / 4
 
 
+def attached_flow(flow: Flow) -> Tensor:
+    """Return what the energy reading adds to the document's, for C_M = 1, (n, joints, links) N m: the Munk moment among it."""
+    momentum = displaced_mass(flow) * (flow.A * flow.L**2 / 2 + flow.B * flow.L)
+    return momentum[:, None, :] * (flow.outboard * flow.u_x[:, None, :] - flow.A[:, None, :] * flow.lever_axial)
+
+
 @final
 @dataclass(frozen=True)
 class AddedMass(LinearTerm):
@@ -58,7 +64,4 @@ class AddedMass(LinearTerm):
     def columns(self, flow: Flow) -> Tensor:
         """Return d tau / d C_M, (n, joints, links)."""
         columns = flow.normal_columns(*self.loads(flow))
-        if self.reading != "energy":
-            return columns
-        momentum = displaced_mass(flow) * (flow.A * flow.L**2 / 2 + flow.B * flow.L)
-        return columns + momentum[:, None, :] * (flow.outboard * flow.u_x[:, None, :] - flow.A[:, None, :] * flow.lever_axial)
+        return columns + attached_flow(flow) if self.reading == "energy" else columns

@@ -1,8 +1,8 @@
 """The band in which model and torque are compared, and the one in which the motion is known.
 
-Both end alike where the motion ends. But a wave or a hum loads an arm that hardly moves: where recordings show a line of one frequency
-in the torque above the motion's band, the comparison goes on to there; and where no motion is known at all, over all of the torque. The
-motion is smoothed in its own band: what its sensors add above it is not the arm's.
+Both end alike where the motion ends. But a wave or a hum loads an arm that hardly moves: where recordings show lines in the torque above
+the motion's band, the comparison goes on to there; and where no motion is known at all, over all of the torque. The motion is smoothed in
+its own band: what its sensors add above it is not the arm's.
 
     line:  P(f) / median of P around f >= LINE  in the torque and not in the acceleration, in a third of the recordings
 
@@ -65,22 +65,34 @@ def _external_lines(part: Recording, edges: Array) -> NDArray[np.bool_]:
 
 
 def highest_line(recordings: Iterable[Recording], above: float) -> float:
-    """Return the highest frequency, Hz, above `above` at which a third of the recordings, two at least, have a line; else 0."""
+    """Return the frequency, Hz, above `above` up to which two recordings have lines, where a third of them have some; else 0.
+
+    They need not be the same: what sheds vortices, or turns teeth, has another frequency at another speed.
+    """
     count = int(np.ceil(np.log(HIGHEST_EDGE / above) / np.log(STEP)))
     if count < 2 * AROUND:
         return 0.0
-    edges = above * STEP ** np.arange(count + 1)
-    shown, of = np.zeros(count), 0
+    edges, highest = np.asarray(above * STEP ** np.arange(count + 1), np.float64), []
     for r in recordings:
         found = np.zeros(count, dtype=bool)
         for start, stop in stretches(r):
             part = resample(r, start, stop)
             if part.tau is not None and len(part) >= 8:
-                found |= _external_lines(part, np.asarray(edges, np.float64))
-        widened = found | np.roll(found, 1) | np.roll(found, -1)
-        shown, of = shown + widened, of + 1
-    there = np.flatnonzero(shown >= max(OFTEN * of, 2))
-    return float(np.sqrt(edges[there[-1]] * edges[there[-1] + 1])) if len(there) else 0.0
+                found |= _external_lines(part, edges)
+        highest.append(np.flatnonzero(found).max(initial=-1))
+    there = sorted(band for band in highest if band >= 0)
+    return float(np.sqrt(edges[there[-2]] * edges[there[-2] + 1])) if len(there) >= max(OFTEN * len(highest), 2) else 0.0
+
+
+def share_above(recordings: Iterable[Recording], edge: float) -> float:
+    """Return the share of the torque's rms at frequencies above `edge` Hz, of all joints and recordings together; 0 without a torque."""
+    above = whole = 0.0
+    for r in recordings:
+        for part in (resample(r, start, stop) for start, stop in stretches(r)):
+            for x in () if part.tau is None else part.tau.T:
+                f, power = hann_power(x, float(part.t[1] - part.t[0]))
+                above, whole = above + float(power[f > edge].sum()), whole + float(power.sum())
+    return (above / whole) ** 0.5 if whole > 0 else 0.0
 
 
 def band_of(recordings: Iterable[Recording]) -> Band:

@@ -139,6 +139,12 @@ def test_above_a_floor_of_a_third_of_the_torque_nothing_is_said_to_be_complete()
     assert diagnosis(1.0, floor=0.34).verdict().startswith("These recordings are too noisy for a diagnosis: noise alone is 34 % of")
 
 
+def test_torque_above_the_band_is_told_where_it_is_more_than_a_third():
+    little, much = (replace(diagnosis(0.5), checks={"torque_above_band": share, "band_hz": 2.44}).verdict() for share in (0.3, 0.4))
+    assert little == diagnosis(0.5).verdict()
+    assert much.startswith(f"{little} Above 2.4 Hz, the torque has 40 % of its rms, which was not compared with the model.")
+
+
 def test_what_remains_is_told_with_what_it_depends_on_where_it_is_worth_telling():
     parts = (Dependence(1, 0.2, ("q1_rad", "dq1_rad_s")), Dependence(2, 0.005, ("q2_rad",)))
     told = diagnosis(0.001, remains=True, learned=parts)

@@ -7,7 +7,7 @@ import pytest
 from campaigns import planted, recording
 from rigs import arm
 
-from nnhydro.recordings.filtering.band import PAST, Band, band_of, highest_line
+from nnhydro.recordings.filtering.band import PAST, Band, band_of, highest_line, share_above
 from nnhydro.recordings.filtering.trajectory import FEWEST_LINES, HIGHEST_EDGE, LOWEST_EDGE, known_edge
 
 ARM = arm(1)
@@ -61,8 +61,26 @@ def test_a_line_that_recordings_share_lies_well_inside_the_comparison_and_leaves
 
 
 def test_a_line_of_one_recording_alone_is_no_wave():
+    edge, rng = known_edge(runs())[0], np.random.default_rng(0)
+    first, *others = runs(line=1.6 * edge, size=0.5)
+    noise = [replace(r, tau=rng.standard_normal(r.tau.shape)) for r in others]
+    assert highest_line([first, *noise], edge) == 0.0
+
+
+def test_lines_that_rise_with_the_speed_are_one_cause_and_the_band_holds_that_of_two_recordings():
     edge = known_edge(runs())[0]
-    assert highest_line(runs(line=1.6 * edge, size=0.5, shown=(1,)), edge) == 0.0
+    shedding = [runs(line=f * edge, size=0.5)[k] for k, f in enumerate((1.5, 1.8, 2.2, 2.6))]
+    assert highest_line(shedding, edge) == pytest.approx(2.2 * edge, rel=0.06)
+
+
+def test_what_lies_above_an_edge_is_a_share_of_the_rms():
+    edge = known_edge(runs())[0]
+    alone = runs(line=3 * edge, size=0.5)
+    rms = float(np.sqrt(np.mean([(r.tau**2).mean() for r in alone])))
+    wave = float(np.sqrt(np.mean([(r.tau - clean.tau).var() for r, clean in zip(alone, runs(), strict=True)])))
+    assert share_above(alone, 2 * edge) == pytest.approx(wave / rms, rel=0.25)
+    assert share_above(runs(), 2 * edge) < 0.03
+    assert share_above([], 1.0) == 0.0
 
 
 def test_a_line_that_the_arm_moves_at_is_its_own():
