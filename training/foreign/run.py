@@ -31,7 +31,7 @@ def hits(finding: dict[str, Any], hidden: dict[str, Any]) -> bool:
     """Return whether a finding names a hidden effect."""
     names = {finding["effect"], *(finding["class"] if len(finding["class"]) <= MOST else ())}
     right = {hidden["effect"]} | ALIKE.get(hidden["effect"], set()) | set(hidden.get("accept") or ())
-    return bool(names & right) and finding["joint"] in (hidden["joint"], None)
+    return bool(names & right) and (hidden["joint"] is None or finding["joint"] in (hidden["joint"], None))
 
 
 def scored(answer: dict[str, Any], document: dict[str, Any]) -> dict[str, Any]:

@@ -23,7 +23,7 @@ from nnhydro.fitting.linear.several_arms import arm_of, on_arm
 from nnhydro.fitting.network.predictive_std import out_of_fold, sample_rows
 from nnhydro.fitting.network.rows import Rows, row_numbers
 from nnhydro.fitting.network.stacking import credit
-from nnhydro.fitting.network.strip_net.fit import fit_strip_net
+from nnhydro.fitting.network.strip_net.latest_nets import trained_net
 from nnhydro.fitting.network.strip_net.mean import mean_of
 from nnhydro.fitting.network.strip_net.rows import runs_of
 from nnhydro.models.learned.learned import LearnedTorque
@@ -92,7 +92,7 @@ def with_strip_net(model: LearnedTorque, rows: Rows, watched: Tensor, chosen: Se
     group = torch.tensor([groups.index(member.group) for member in chosen])[unit.long()]
     unseen, judged = torch.zeros(len(rows.target), target.shape[1] + 1), torch.zeros(len(chosen), dtype=torch.bool)
     for number, out in enumerate(parts):
-        net = fit_strip_net([run for run in runs if not out[run.unit]], seed + 1 + number)
+        net = trained_net([run for run in runs if not out[run.unit]], seed + 1 + number)
         for k in (k for k, mine in enumerate(out) if mine):
             unseen[rows.unit == k], judged[k] = _replacement(net, base, chosen[k], model.arm), True
         replaced, known = torch.split(unseen[index].double(), [target.shape[1], 1], dim=1)
@@ -103,5 +103,5 @@ def with_strip_net(model: LearnedTorque, rows: Rows, watched: Tensor, chosen: Se
     share = share_of(gain, 1 - 1 / THIRDS)
     if not bool(share.any()):
         return model, rows
-    nets = [fit_strip_net(runs, seed + THIRDS + 1 + number) for number in range(NETS)]
+    nets = [trained_net(runs, seed + THIRDS + 1 + number) for number in range(NETS)]
     return replace(model, water=mean_of(nets), share=share), replace(rows, replaced=unseen)

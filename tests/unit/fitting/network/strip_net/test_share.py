@@ -74,7 +74,7 @@ def test_where_a_net_gains_nothing_no_other_is_trained(monkeypatch):
         return replace(net, out=100 + 0 * net.out)
 
     a = arm(2)
-    monkeypatch.setattr(share, "fit_strip_net", worthless)
+    monkeypatch.setattr(share, "trained_net", worthless)
     assert train(campaign(a, planted(a), 6, seconds=2.0, rate=25.0, noise=0.1), FAST).water is None
     assert len(trained) == 1
 
