@@ -123,7 +123,8 @@ class DiagnosisResult:
         noisy = (f" Noise alone is {100 * self.noise_floor:.0f} % of the torque: these recordings cannot show what else is missing."
                  if self.noise_floor > MOST_LEFT and not self.remainder.detected else "")
         gained = f"{self._error_text(with_them)}{bands}{self._remains()}{noisy}{following}"
-        statements = [f"{finding.statement}{finding.equivalents()}{self._stated_friction(finding)}" for finding in self.findings]
+        statements = [f"{finding.statement}{finding.equivalents()}{self._stated_friction(finding)}{self._unequal_friction(finding)}"
+                      for finding in self.findings]
         return " ".join([*statements, gained])
 
     def _error_text(self, with_them: str) -> str:
@@ -147,6 +148,13 @@ class DiagnosisResult:
         level = next(iter(finding.parameters.values())).value
         same = ": the total is as large as stated, but it builds up over another angle or speed" if abs(left + level - said) <= sd else ""
         return f" The fit keeps {left:.2g} N m of the {said:.2g} N m that arm.yaml states, in addition{same}."
+
+    def _unequal_friction(self, finding: Finding) -> str:
+        """That an offset of the torque at a joint with dry friction may be part of this friction; empty for other findings."""
+        rubs = any(other.family == "dry_friction" and other.joint == finding.joint for other in self.findings)
+        if finding.effect != "torque_bias" or not rubs:
+            return ""
+        return " Dry friction that differs between the directions has the same torque while the joint turns."
 
     def _no_finding_text(self) -> str:
         if self.detected:

@@ -63,7 +63,7 @@ def test_rates_that_were_left_out_are_told():
 class Told(SimpleNamespace):
     """A finding or proposal that knows its statement."""
 
-    family, joint = None, None
+    effect, family, joint = None, None, None
 
     def equivalents(self):
         return " Or B." if len(self.equivalence_set) > 1 else ""
@@ -101,6 +101,14 @@ def test_a_dry_friction_that_takes_the_place_of_a_stated_one_says_what_is_left_o
                  parameters={"level": Parameter(level, "N m", (level, level))})
     made = replace(diagnosis(found=(found,)), baseline=SimpleNamespace(arm=rubbing), corrected=left)
     assert made.verdict().startswith(f"Friction.{told} With this effect")
+
+
+@pytest.mark.parametrize(("family", "joint", "may"), [("dry_friction", 2, True), ("dry_friction", 1, False), ("viscous", 2, False)])
+def test_an_offset_beside_dry_friction_may_be_a_friction_that_differs_between_the_directions(family, joint, may):
+    offset = Told(equivalence_set=("torque_bias",), statement="Offset.", effect="torque_bias", family="torque_sensor", joint=2)
+    other = Told(equivalence_set=("a",), statement="Rubs.", effect="a", family=family, joint=joint)
+    said = " Dry friction that differs between the directions has the same torque while the joint turns." if may else ""
+    assert diagnosis(found=(offset, other)).verdict().startswith(f"Offset.{said} Rubs. With these")
 
 
 @pytest.mark.parametrize(("predicted", "phased", "told"), [
