@@ -8,8 +8,8 @@ A member k of the best set S is claimed if it passes six tests.
    If the card of l lists k as a possible confusion, FORM gain_l is required, except of the standard terms of a joint. A law that takes as
    much from the unknown as l, and leaves FORM of it at most, is exempt from both.
 2. Unknown: the law replaces the unknown as a true law does (search.stepwise.admits).
-3. Prediction: held-out recordings are predicted better, prior odds o_k included. Without the recording that supports the law most, they are
-   predicted worse by FORM of the gain at most: where many recordings show the same, the unknown predicts the others as well as a law.
+3. Prediction: held-out recordings are predicted better. Without the recording that supports the law most, they are predicted worse by
+   FORM of the gain at most: where many recordings show the same, the unknown predicts the others as well as a law.
 4. Values: one differs from 0 by PRECISE standard deviations, the interval of one that is reported excludes 0, and none lies beyond a
    physical bound. A law that differs between recordings must gain more than mass, drag and added mass fitted to each recording alone.
    Of a wave, no other frequency explains more than LEAVES as much (decision.other_frequencies).
@@ -191,8 +191,7 @@ def _judge(search: Search, now: ScoredSet, rest: ScoredSet, k: int, by_fold: Arr
         differs = search.view.library.hypotheses[k].differs_between_recordings
         most = nats_of_parameters_per_recording(search, rest) if differs else 0.0
         yield gain, most, f"mass, drag and added mass fitted to each recording alone would gain more, {most:.1f} nats"
-        unseen = gain_on_unseen(by_fold) + search.view.library.log_expected(k)
-        yield unseen, 0.0, "the prediction of held-out recordings does not improve"
+        yield gain_on_unseen(by_fold), 0.0, "the prediction of held-out recordings does not improve"
         yield listed_probability(search, now, k), LEAST_PROBABLE, IMPROBABLE
         yield 1.0 if search.admits(rest, now) else 0.0, 0.5, "a smooth unknown law explains the residual as well"
 

@@ -193,14 +193,6 @@ def test_a_law_may_be_predicted_worse_in_some_recordings_by_a_tenth_of_what_it_g
     assert (gain_on_unseen(np.array(gains)) > 0) == predicted
 
 
-@pytest.mark.parametrize(("everywhere", "unseen", "claimed"), [
-    (False, -1.0, False), (False, 1.0, True), (True, -1.0, True), (True, -LEAST_GAIN - 0.1, False)])
-def test_what_every_machine_has_may_predict_as_much_worse_as_it_is_probable_beforehand(everywhere, unseen, claimed, monkeypatch):
-    one = with_planted([0.6], laws=(law("law_0", everywhere=everywhere), *LAWS[1:]))
-    monkeypatch.setattr(deciding, "gain_on_unseen", lambda by_fold: unseen)
-    assert decide(one, one.score((0,)), 0).claimed.chosen == ((0,) if claimed else ())
-
-
 def test_a_law_whose_values_make_no_sense_together_is_not_claimed():
     laws = (law("law_0", sense=lambda values: values[0] < 0), *LAWS[1:])
     one = with_planted([0.6], laws=laws)
