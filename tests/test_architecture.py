@@ -42,6 +42,7 @@ SHORT_MODULES = {
     "diagnosis/findings/impossible_coefficients.py": "is one statistic; the verdict shares its limit",
     "diagnosis/findings/sheets.py": "needs no more than diagnosis.json; findings, report, Python and commands show it",
     "effects/dry_contact.py": "three hypotheses share it, and their folder is a registry",
+    "fitting/network/strip_net/latest_nets.py": "training a net does not know who else asks for it",
     "models/corrected_simulation.py": "is a kind of model, and stored as such",
     "models/learned/shrinkage.py": "training and prediction share the rule",
     "physics/threads.py": "fits, benchmarks, simulations and diagnoses share it",

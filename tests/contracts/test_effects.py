@@ -30,7 +30,7 @@ FAMILIES = {
     "dry_friction": "coulomb_friction stribeck_friction load_friction", "viscous": "viscous_friction",
     "restoring": "buoyancy_tilt umbilical_stiffness",
     "transmission": "joint_elasticity oscillating_mass flexible_mount backlash torque_ripple",
-    "torque_sensor": "torque_bias torque_gain torque_drift torque_crosstalk torque_saturation", "timing": "sensor_timing",
+    "torque_sensor": "torque_bias torque_gain torque_drift torque_crosstalk torque_saturation force_crosstalk", "timing": "sensor_timing",
     "angle_sensor": "encoder_offset",
 }
 EFFECTS = dict(catalogue())

@@ -69,6 +69,11 @@ def sloshing(m):
     return rigid(m) + 1.0 * 0.82 * slip
 
 
+def aslant(m):
+    """The reading of a sensor that also takes 0.06 m times the force along the link."""
+    return rigid(m) - 0.06 * MASS * COM * m.qd**2
+
+
 def write_arm(folder):
     """Write what the rig's owner states of it."""
     link = {"length_m": LENGTH, "diameter_m": DIAMETER, "mass_kg": MASS, "com_m": COM, "inertia_kg_m2": INERTIA, "known_to": 0.015}
@@ -118,6 +123,14 @@ def test_a_long_lag_a_soft_drive_and_a_mass_that_swings_are_named_alone_with_the
     for name, true in values.items():
         told = found.findings[0].parameters[name]
         assert told.value == pytest.approx(true, rel=0.05), name
+
+
+@pytest.mark.slow
+def test_a_sensor_that_feels_the_pull_along_the_link_is_named_with_its_lever(tmp_path):
+    (only,) = nnhydro.diagnose(write_runs(tmp_path, aslant)).findings
+    assert only.effect == "force_crosstalk"
+    low, high = only.parameters["lever"].ci95
+    assert 0.045 < low < 0.06 < high < 0.075
 
 
 @pytest.mark.slow

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import torch
 from hypotheses import made, of_time, view
-from rigs import arm, assert_close, run
+from rigs import LINKS, arm, assert_close, run
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
@@ -204,6 +204,17 @@ def test_crosstalk_gain_and_drift_in_closed_form():
     assert_close(drift.apply(seen)[:, 1] - tau[:, 1], 0.05 * seen.place)
     assert drift.quantities()["change"].value == pytest.approx(0.1)
     assert_close(drift.apply(replace(seen, place=None)), tau)
+
+
+def test_the_force_along_a_link_that_turns_is_its_mass_times_the_centripetal_acceleration():
+    a, q, qd = arm(1, density=0.0), np.array([[0.3], [1.0], [-0.4]]), np.array([[1.5], [-1.5], [0.0]])
+    seen = view(a, Motion.at(q, qd, np.full((3, 1), 0.7)))
+    pull = LINKS[0]["mass_kg"] * LINKS[0]["com_m"] * qd[:, 0] ** 2
+    reading = made("force_crosstalk", a, 0, lever=(0.05,)).apply(seen)
+    assert_close(reading[:, 0] - seen.tau[:, 0], tensor(-0.05 * pull))
+    towed = view(a, Motion.at(q, 0 * qd, 0 * qd, du0=np.full(3, 0.2)))
+    reading = made("force_crosstalk", a, 0, lever=(0.05,)).apply(towed)
+    assert_close(reading[:, 0] - towed.tau[:, 0], tensor(0.05 * LINKS[0]["mass_kg"] * 0.2 * np.sin(q[:, 0])))
 
 
 def test_a_lag_may_be_all_delay_or_all_low_pass():

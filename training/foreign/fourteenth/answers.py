@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from campaign import Campaign, HiddenEffect, Run
+from campaign import Campaign, Effect, Run
 from machines import Arm, Array
 from mechanics import State, added_mass_torques, at_joint, behind_belt, drag_torques, kinematics, rigid_torques
 
@@ -68,14 +68,14 @@ def left_after_refit(machine: Arm, runs: list[Run], noise: Array) -> Array:
     return np.sqrt(squares / (len(effects) / machine.links))
 
 
-def entry_of(hidden: HiddenEffect, runs: list[Run], size: Array) -> dict[str, Any]:
+def entry_of(effect: Effect, runs: list[Run], size: Array) -> dict[str, Any]:
     """The entry of one hidden effect."""
-    shares = over_all(runs, lambda run: run.parts[hidden.effect]) / size
-    share = shares[hidden.joint - 1] if hidden.joint else shares.max()
-    entry: dict[str, Any] = {"effect": hidden.effect, "joint": hidden.joint, "share_of_rms_torque": round(float(share), 4),
-                                "share_by_joint": [round(float(value), 4) for value in shares], "law": hidden.law}
-    if hidden.accept:
-        entry["accept"] = hidden.accept
+    shares = over_all(runs, lambda run: run.parts[effect.name]) / size
+    share = shares[effect.joint - 1] if effect.joint else shares.max()
+    entry: dict[str, Any] = {"effect": effect.name, "joint": effect.joint, "share_of_rms_torque": round(float(share), 4),
+                             "share_by_joint": [round(float(value), 4) for value in shares], "law": effect.law}
+    if effect.accept:
+        entry["accept"] = effect.accept
     return entry
 
 
@@ -88,5 +88,5 @@ def answer_of(campaign: Campaign, runs: list[Run]) -> dict[str, Any]:
         left = [round(float(share), 4) for share in shares]
     return {"style": campaign.style, "links": campaign.machine.links, "noise_share": campaign.sensors.noise,
             "only_angles": not (campaign.sensors.rates or campaign.sensors.accelerations),
-            "hidden": [entry_of(hidden, runs, size) for hidden in campaign.hidden], "title": campaign.title, "note": campaign.note,
+            "hidden": [entry_of(effect, runs, size) for effect in campaign.hidden], "title": campaign.title, "note": campaign.note,
             "left_after_refit": left, "recordings": len(campaign.motions), "rms_torque_Nm": [round(float(value), 5) for value in rms]}

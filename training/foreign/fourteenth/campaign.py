@@ -27,10 +27,10 @@ class Sensors:
 
 
 @dataclass
-class HiddenEffect:
+class Effect:
     """The name of a hidden effect, its joint, its law in words, and other names that this campaign cannot tell from it."""
 
-    effect: str
+    name: str
     joint: int | None
     law: str
     accept: list[str] = field(default_factory=list)
@@ -73,7 +73,7 @@ class Campaign:
     style: str
     unseen: list[Motion] = field(default_factory=list)
     law: Callable[[Scene], Outcome] = no_effect
-    hidden: list[HiddenEffect] = field(default_factory=list)
+    hidden: list[Effect] = field(default_factory=list)
     note: str = ""
     dt: float = 0.002  # of the fine grid, s
     pause_s: float = 120.0  # between recordings, at least; up to three times as long

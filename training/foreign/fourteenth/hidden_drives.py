@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
-from campaign import Campaign, HiddenEffect, Outcome, Scene, Sensors
+from campaign import Campaign, Effect, Outcome, Scene, Sensors
 from curves import speeds, waves
 from drives import Coupling, sway, torque_of_loose_link
 from machines import GRAVITY, arm, tank_arm
@@ -26,8 +26,8 @@ def harmonic_drive() -> Campaign:
                *(slews(rng, [-2.6], [0.4], 3, times=(2.0, 3.5)) for _ in range(5))]
     return Campaign("industrial joint with harmonic drive in air", machine, motions, 125, Sensors(ar=0.0, quantum=2 * np.pi / 65536), "dry",
                     [Motion("crawl", 6.0, [speeds(-2.0, (0.2, 0), (0.8, 0.28), (5.0, 0.28), (5.8, 0))])], law_of_ripple,
-                    [HiddenEffect("torque_ripple", 1, "two and four per motor turn at 50:1 (100 and 200 per joint turn), growing with load "
-                                                      "(Ghorbel, Gandhi & Alpeter 2001)")], dt=0.001)
+                    [Effect("torque_ripple", 1, "two and four per motor turn at 50:1 (100 and 200 per joint turn), growing with load "
+                                                "(Ghorbel, Gandhi & Alpeter 2001)")], dt=0.001)
 
 
 def law_of_elastic_joint(scene: Scene) -> Outcome:
@@ -53,7 +53,7 @@ def elastic_joint() -> Campaign:
                *(slews(rng, [-2.4], [0.3], 2, times=(0.35, 0.7), rests=(0.2, 0.4), fastest=5.0) for _ in range(4))]
     return Campaign("elastic industrial joint in air, 500 Hz", machine, motions, 500, Sensors(rates=0.003), "dry", [shake()],
                     law_of_elastic_joint,
-                    [HiddenEffect("joint_elasticity", 1, "Spong (1987): link on a linear damped spring, 9 Hz, friction on the drive side")],
+                    [Effect("joint_elasticity", 1, "Spong (1987): link on a linear damped spring, 9 Hz, friction on the drive side")],
                     dt=0.0005)
 
 
@@ -75,8 +75,8 @@ def worn_gear() -> Campaign:
                *(slews(rng, [-1.2], [1.2], 5, times=(0.5, 1.0)) for _ in range(4))]
     return Campaign("worn gear of a paddle: gap of half a degree", arm(0.5, 0.06, 1.7, 0.25, 0.045, known_to=0.02), motions, 125,
                     Sensors(ar=0.0, rates=0.004), "plain", [fourier(rng, [0], [0.6], 1.0, 8.0, low_hz=0.3)], law_of_worn_gear,
-                    [HiddenEffect("backlash", 1, "Nordin & Gutman (2002): dead zone of +-4 mrad, contact spring with damper, no pull",
-                                  ["joint_elasticity"])], dt=0.0005)
+                    [Effect("backlash", 1, "Nordin & Gutman (2002): dead zone of +-4 mrad, contact spring with damper, no pull",
+                            ["joint_elasticity"])], dt=0.0005)
 
 
 def law_of_swaying_strut(scene: Scene) -> Outcome:
@@ -96,5 +96,5 @@ def swaying_strut() -> Campaign:
                *(fourier(rng, [0, 0], [0.5, 0.7], 0.8) for _ in range(3))]
     return Campaign("carriage strut that sways", tank_arm(), motions, 100, Sensors(rates=0.004), "plain",
                     [slews(rng, [-1, -1.3], [1, 1.3], times=(0.5, 1.0), rests=(0.7, 1.2))], law_of_swaying_strut,
-                    [HiddenEffect("flexible_mount", None, "strut of 24 kg, 2.6 Hz, damping 3 %, along Y; arm, water and strut coupled")],
+                    [Effect("flexible_mount", None, "strut of 24 kg, 2.6 Hz, damping 3 %, along Y; arm, water and strut coupled")],
                     dt=0.001)

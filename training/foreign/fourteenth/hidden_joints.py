@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
-from campaign import Campaign, HiddenEffect, Outcome, Scene, Sensors
+from campaign import Campaign, Effect, Outcome, Scene, Sensors
 from curves import speeds
 from machines import arm, tank_arm
 from mechanics import at_joint, bare_torques, kinematics
@@ -28,8 +28,8 @@ def sticking_seal() -> Campaign:
     motions = [*(slow() for _ in range(7)), *(slews(rng, [-1, -1.2], [1, 1.2]) for _ in range(5))]
     return Campaign("seal of joint 2 sticks: LuGre, slow reversals", tank_arm(), motions, 60, Sensors(tails=3.0, rates=0.004), "heavy",
                     [slow()], law_of_sticking_seal,
-                    [HiddenEffect("stribeck_friction", 2, "LuGre (Canudas de Wit 1995): bristle 6 mrad, breakaway 2.1 x Coulomb, v_S 0.09 rad/s",
-                                  ["coulomb_friction", "load_friction"])])
+                    [Effect("stribeck_friction", 2, "LuGre (Canudas de Wit 1995): bristle 6 mrad, breakaway 2.1 x Coulomb, v_S 0.09 rad/s",
+                            ["coulomb_friction", "load_friction"])])
 
 
 def law_of_hose(scene: Scene) -> Outcome:
@@ -51,8 +51,8 @@ def hose_and_encoder() -> Campaign:
                *(fourier(rng, [0.1, 0], [0.7, 1.0], 0.4) for _ in range(3))]
     return Campaign("stiffening hose at joint 1, elbow encoder 4 degrees off", tank_arm(), motions, 50,
                     Sensors(0.007, loudness=(1, 3)), "hetero3", [tow([0.1, -1.0], 0.75)], law_of_hose,
-                    [HiddenEffect("umbilical_stiffness", 1, "k (x + 0.6 x^3), x from 0.25 rad: a hose that straightens"),
-                     HiddenEffect("encoder_offset", 2, "reads 0.07 rad too much")],
+                    [Effect("umbilical_stiffness", 1, "k (x + 0.6 x^3), x from 0.25 rad: a hose that straightens"),
+                     Effect("encoder_offset", 2, "reads 0.07 rad too much")],
                     "offset weak: share is what the model would miss with the angle as read")
 
 
@@ -69,9 +69,9 @@ def propeller_shaft() -> Campaign:
     return Campaign("two-bladed shaft spun both ways", arm(0.12, 0.03, 0.22, 0.004, 7.0e-4, cd=2.2, cm=1.7, known_to=0.05),
                     [spin(first, second) for first, second in plan], 125, Sensors(0.015, ar=0.0, rates=0.02), "plain", [spin(12, -8)],
                     law_of_shaft_seal,
-                    [HiddenEffect("viscous_friction", 1,
-                                  "shaft seal, linear in speed; one link about a fixed hub: a drag linear in speed is the same",
-                                  ["drag_form", "reynolds_drag"])], "both blades count as one link with twice the drag")
+                    [Effect("viscous_friction", 1,
+                            "shaft seal, linear in speed; one link about a fixed hub: a drag linear in speed is the same",
+                            ["drag_form", "reynolds_drag"])], "both blades count as one link with twice the drag")
 
 
 def law_of_drift_and_rotor(scene: Scene) -> Outcome:
@@ -88,8 +88,8 @@ def drift_and_rotor() -> Campaign:
                *(fourier(rng, [0, 0], [0.5, 0.8], 0.7) for _ in range(6))]
     return Campaign("shoulder sensor warms up, 80:1 gear at the elbow", tank_arm(), motions, 100, Sensors(rates=0.004), "plain",
                     [fourier(rng, [0, 0.1], [0.5, 0.8], 0.6)], law_of_drift_and_rotor,
-                    [HiddenEffect("torque_drift", 1, "exponential warm-up, -0.36 to +0.35 N m over the day"),
-                     HiddenEffect("rotor_inertia", 2, "7.8e-6 kg m^2 x 80^2")])
+                    [Effect("torque_drift", 1, "exponential warm-up, -0.36 to +0.35 N m over the day"),
+                     Effect("rotor_inertia", 2, "7.8e-6 kg m^2 x 80^2")])
 
 
 def law_of_filter(scene: Scene) -> Outcome:
@@ -109,4 +109,4 @@ def filtering_amplifier() -> Campaign:
                *(fourier(rng, [0, 0.2, 0.1], [0.5, 0.7, 0.8], 0.8) for _ in range(6))]
     return Campaign("three-link arm, amplifier with a 6 Hz Bessel filter", machine, motions, 100, Sensors(rates=0.005), "plain",
                     [fourier(rng, [0, 0, 0], [0.5, 0.7, 0.8], 0.7)], law_of_filter,
-                    [HiddenEffect("sensor_timing", None, "second-order Bessel low-pass on the torques alone, 6 Hz (about 36 ms)")])
+                    [Effect("sensor_timing", None, "second-order Bessel low-pass on the torques alone, 6 Hz (about 36 ms)")])

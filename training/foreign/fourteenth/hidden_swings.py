@@ -1,7 +1,7 @@
 """Two campaigns of arms that swing freely: a pendulum with buoyancy, and a hull that rolls."""
 
 import numpy as np
-from campaign import Campaign, HiddenEffect, Outcome, Scene, Sensors
+from campaign import Campaign, Effect, Outcome, Scene, Sensors
 from curves import points
 from machines import GRAVITY, Array, arm, rod_inertia
 from mechanics import at_joint
@@ -32,8 +32,8 @@ def steel_pendulum() -> Campaign:
           for a, b in ((-0.9, 1.1), (0.0, 1.3), (-1.3, 0.2)))]
     return Campaign("free steel pendulum in water, torque 0, and three runs cranked slowly with the torque read", machine, motions, 100,
                     Sensors(quantum=2 * np.pi / 8192), "free decay", [], law_of_buoyancy,
-                    [HiddenEffect("buoyancy_tilt", None, "Archimedes: weight of the displaced water at mid-length, against the weight in air of "
-                                                         "arm.yaml", ["torque_gain"])],
+                    [Effect("buoyancy_tilt", None, "Archimedes: weight of the displaced water at mid-length, against the weight in air of "
+                                                   "arm.yaml", ["torque_gain"])],
                     "share of the weight torque; the stated friction is true. Free decays alone fix nothing but ratios; with the cranked "
                     "runs, a torque scale 13 % low with C_M 2.2 would read the same: only the plausible C_M speaks against it", free=True)
 
@@ -54,6 +54,6 @@ def rolling_hull() -> Campaign:
     return Campaign("hull that rolls freely: wall-sided formula", hull,
                     [FreeSwing("roll", 14.0, DOWN + a, hull, wall_sided) for a in (0.25, -0.45, 0.6, -0.75, 0.85, -0.35, 0.7)], 50,
                     Sensors(0.0), "free decay", [], law_of_hull,
-                    [HiddenEffect("righting_moment", 1, "GZ = (GM + BM tan^2(x) / 2) sin x (Scribanti); GM is the com_m of arm.yaml, bilge "
-                                                        "keel = the link", ["umbilical_stiffness"])],
+                    [Effect("righting_moment", 1, "GZ = (GM + BM tan^2(x) / 2) sin x (Scribanti); GM is the com_m of arm.yaml, bilge "
+                                                  "keel = the link", ["umbilical_stiffness"])],
                     "share of the weight torque. The linear part is within known_to; buoyancy is inside GM", free=True)

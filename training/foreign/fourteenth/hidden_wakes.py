@@ -1,7 +1,7 @@
 """Four campaigns with a hidden effect of a wake: the drag crisis, a young wake, shed vortices, and the wake of another link."""
 
 import numpy as np
-from campaign import Campaign, HiddenEffect, Outcome, Scene, Sensors
+from campaign import Campaign, Effect, Outcome, Scene, Sensors
 from curves import ramps
 from machines import arm, tank_arm
 from mechanics import drag_torques, normal_torques
@@ -24,8 +24,8 @@ def big_cylinder() -> Campaign:
     motions = [*(tow([a * DEGREE], u, 7.0, 1.5) for u, a in plan), *(slews(rng, [-1.2], [1.2], times=(0.9, 1.8)) for _ in range(3))]
     return Campaign("big cylinder towed through the drag crisis", arm(0.9, 0.15, 17.0, 0.44, 1.2, cd=0.72, known_to=0.02), motions, 50,
                     Sensors(0.02, ar=0.9), "ar9, tows", [tow([0.1], 1.5, 6.0, 1.5)], law_of_drag_crisis,
-                    [HiddenEffect("reynolds_drag", None,
-                                  "C_D(Re) table after Wieselsberger and Achenbach (slightly rough): 1.2 until 1e5, 0.55 at 3e5", ["drag_form"])])
+                    [Effect("reynolds_drag", None,
+                            "C_D(Re) table after Wieselsberger and Achenbach (slightly rough): 1.2 until 1e5, 0.55 at 3e5", ["drag_form"])])
 
 
 def law_of_young_wake(scene: Scene) -> Outcome:
@@ -51,8 +51,8 @@ def paddle_from_rest() -> Campaign:
     motions = [slew(-0.5 * sign, degrees, seconds, sign, back) for degrees, seconds, sign, back in plan]
     return Campaign("paddle started from rest: McLain & Rock curves", arm(0.65, 0.071, 1.3, 0.31, 0.05, cd=0.80, cm=0.45), motions, 250,
                     Sensors(0.012, quantum=2 * np.pi / 4096 / 60), "plain", [slew(-0.4, 75, 0.9, 1, True)], law_of_young_wake,
-                    [HiddenEffect("wake_development", None, "C_D(s/D), C_M(s/D): splines of McLain & Rock (1998), own travel of every strip, "
-                                                            "counted anew at a reversal")], dt=0.001)
+                    [Effect("wake_development", None, "C_D(s/D), C_M(s/D): splines of McLain & Rock (1998), own travel of every strip, "
+                                                      "counted anew at a reversal")], dt=0.001)
 
 
 def law_of_shedding(scene: Scene) -> Outcome:
@@ -71,8 +71,8 @@ def shedding_cylinder() -> Campaign:
     motions = [*(tow([a * DEGREE], u, 10.0) for u, a in plan), *(slews(rng, [-1.2], [1.2]) for _ in range(3))]
     return Campaign("towed cylinder that sheds vortices", arm(0.7, 0.06, 2.8, 0.34, 0.12, cd=1.15, known_to=0.02), motions, 80,
                     Sensors(0.008, rates=0.004), "plain", [], law_of_shedding,
-                    [HiddenEffect("vortex_shedding", None,
-                                  "eight coupled van der Pol cells (Facchinetti 2004) at twice St = 0.195, wandering phase")])
+                    [Effect("vortex_shedding", None,
+                            "eight coupled van der Pol cells (Facchinetti 2004) at twice St = 0.195, wandering phase")])
 
 
 def law_of_shaded_link(scene: Scene) -> Outcome:
@@ -101,5 +101,5 @@ def folded_arm() -> Campaign:
                *(slews(rng, [-0.8, -1.2], [0.8, 1.2]) for _ in range(5))]
     return Campaign("folded arm towed, forearm in the wake of the upper arm", tank_arm(), motions, 50, Sensors(uneven=0.1), "uneven",
                     [tow([0.1, -2.5], 0.85)], law_of_shaded_link,
-                    [HiddenEffect("link_interference", 2,
-                                  "velocity deficit of a cylinder wake (Blevins 1990), link planes 45 mm apart, only behind link 1")])
+                    [Effect("link_interference", 2,
+                            "velocity deficit of a cylinder wake (Blevins 1990), link planes 45 mm apart, only behind link 1")])

@@ -1,7 +1,7 @@
 """Four campaigns with hidden effects of water around the arm: a tool in it, oil, a current with a seal, waves with a bias."""
 
 import numpy as np
-from campaign import Campaign, HiddenEffect, Outcome, Scene, Sensors
+from campaign import Campaign, Effect, Outcome, Scene, Sensors
 from curves import hold, speeds
 from machines import GRAVITY, Array, arm, tank_arm
 from mechanics import STRIPS, at_joint, drag_torques, normal_torques, torques_of_force
@@ -27,9 +27,9 @@ def ball_at_tip() -> Campaign:
                *(tow([0.3 * k, -0.5 + 0.4 * k], 0.4 + 0.15 * k) for k in range(4))]
     return Campaign("ball-shaped tool at the tip of a two-link arm", tank_arm(), motions, 100, Sensors(rates=0.005, accelerations=0.08),
                     "plain", [fourier(rng, [0, 0.5], [0.6, 0.8], 0.55)], law_of_ball,
-                    [HiddenEffect("payload_mass", None, "0.45 kg + half the displaced water of an 8.5 cm sphere (Lamb)"),
-                     HiddenEffect("tip_drag", None, "sphere C_D 0.47 on the whole velocity vector",
-                                  ["axial_drag", "drag_form", "reynolds_drag"])],
+                    [Effect("payload_mass", None, "0.45 kg + half the displaced water of an 8.5 cm sphere (Lamb)"),
+                     Effect("tip_drag", None, "sphere C_D 0.47 on the whole velocity vector",
+                            ["axial_drag", "drag_form", "reynolds_drag"])],
                     "tip_drag may be told as drag_form (taper): the drag of a ball across the link is that of a longer link")
 
 
@@ -56,10 +56,10 @@ def paddle_in_oil() -> Campaign:
     motions = [*(kick() for _ in range(12)), *(fourier(rng, [0], [0.5], 1.0, 8.0) for _ in range(4))]
     return Campaign("small paddle in silicone oil of 100 cSt", machine, motions, 100, Sensors(0.008, rates=0.003), "plain", [kick()],
                     law_of_oil,
-                    [HiddenEffect("history_force", None,
-                                  "Basset kernel of a cylinder, 2 rho D sqrt(pi nu): first term of Stokes (1851) at large beta"),
-                     HiddenEffect("drag_form", None, "second term of Stokes: 4 pi rho nu w a length; on one link about a fixed hub the same as "
-                                                     "viscous friction", ["viscous_friction", "reynolds_drag"])],
+                    [Effect("history_force", None,
+                            "Basset kernel of a cylinder, 2 rho D sqrt(pi nu): first term of Stokes (1851) at large beta"),
+                     Effect("drag_form", None, "second term of Stokes: 4 pi rho nu w a length; on one link about a fixed hub the same as "
+                                               "viscous friction", ["viscous_friction", "reynolds_drag"])],
                     "the linear part may be told as viscous_friction at joint 1, exactly the same here", dt=0.001)
 
 
@@ -87,10 +87,10 @@ def tank_with_pump() -> Campaign:
                *(Motion("still", 5.0, [hold(a), hold(0.4)]) for a in (-1.0, 0.8, 2.4))]
     return Campaign("tank with a pump running, lip seal at the elbow", tank_arm(), motions, 60, Sensors(rates=0.004), "plain",
                     [fourier(rng, [1.2, 0], [0.6, 0.9], 0.4)], law_of_current,
-                    [HiddenEffect("ambient_current", None, "uniform 0.085 m/s towards 132 degrees, 5 % swing in 15 min; drag and added mass on "
-                                                           "the relative velocity"),
-                     HiddenEffect("coulomb_friction", 2, "double lip: 2 x 2 pi f R_L R_s^2, pressed on by the depth, constant (Rivera 3-2-3)",
-                                  ["stribeck_friction", "load_friction"])])
+                    [Effect("ambient_current", None, "uniform 0.085 m/s towards 132 degrees, 5 % swing in 15 min; drag and added mass on "
+                                                     "the relative velocity"),
+                     Effect("coulomb_friction", 2, "double lip: 2 x 2 pi f R_L R_s^2, pressed on by the depth, constant (Rivera 3-2-3)",
+                            ["stribeck_friction", "load_friction"])])
 
 
 def law_of_waves(scene: Scene) -> Outcome:
@@ -120,6 +120,6 @@ def waves_overhead() -> Campaign:
                *(Motion("still", 10.0, [hold(a), hold(b)]) for a, b in ((0, 0), (0.7, 0.5), (-0.6, 1.0)))]
     return Campaign("regular waves overhead, shoulder sensor not zeroed", tank_arm(), motions, 50, Sensors(rates=0.004), "plain",
                     [fourier(rng, [0.1, 0], [0.6, 0.8], 0.4)], law_of_waves,
-                    [HiddenEffect("wave_orbital", None, "Airy, 1.7 s, 45 mm high (amplitude), 0.5 m deep, phase runs on with the clock; "
-                                                        "Froude-Krylov and (1 + C_M) added mass, phase over the arm"),
-                     HiddenEffect("torque_bias", 1, "constant")], pause_s=15.0)
+                    [Effect("wave_orbital", None, "Airy, 1.7 s, 45 mm high (amplitude), 0.5 m deep, phase runs on with the clock; "
+                                                  "Froude-Krylov and (1 + C_M) added mass, phase over the arm"),
+                     Effect("torque_bias", 1, "constant")], pause_s=15.0)

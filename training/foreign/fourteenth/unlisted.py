@@ -1,7 +1,7 @@
 """Three campaigns with a cause that no catalogue has."""
 
 import numpy as np
-from campaign import Campaign, HiddenEffect, Outcome, Scene, Sensors
+from campaign import Campaign, Effect, Outcome, Scene, Sensors
 from curves import points, speeds
 from machines import arm, tank_arm
 from mechanics import at_joint
@@ -28,8 +28,9 @@ def stout_link() -> Campaign:
                *(slews(rng, [-1.2], [1.2]) for _ in range(2))]
     return Campaign("stout link towed at all angles: Munk moment", arm(0.45, 0.12, 5.4, 0.22, 0.1, cd=0.75, cm=0.95, known_to=0.02),
                     motions, 50, Sensors(rates=0.003), "plain", [], law_of_munk,
-                    [HiddenEffect("unknown", 1, "Munk moment of a finite link, 0.4 of the ideal (m_y - m_x) u_x int w dx (the separated wake "
-                                                "takes the rest): not in the document reading of the added mass that the contract names")])
+                    [Effect("unknown", 1, "Munk moment of a finite link, 0.4 of the ideal (m_y - m_x) u_x int w dx (the separated wake "
+                                          "takes the rest): not in the document reading of the added mass that the contract names",
+                            ["munk_moment"])])
 
 
 def law_of_eccentric_seal(scene: Scene) -> Outcome:
@@ -47,7 +48,7 @@ def eccentric_seal() -> Campaign:
     return Campaign("out-of-round shaft in its seal: stated friction waxes and wanes with the angle",
                     tank_arm(friction=[(1.1, 0.08), (0.08, 0.01)]), motions, 60, Sensors(ar=0.9, rates=0.004), "ar9", [],
                     law_of_eccentric_seal,
-                    [HiddenEffect("unknown", 1, "Coulomb friction x 0.85 cos 3 (q - 0.35), zero on average; the mean is in arm.yaml")])
+                    [Effect("unknown", 1, "Coulomb friction x 0.85 cos 3 (q - 0.35), zero on average; the mean is in arm.yaml")])
 
 
 def law_of_radial_pull(scene: Scene) -> Outcome:
@@ -67,4 +68,5 @@ def pulled_sensor() -> Campaign:
     motions = [*(spin(first, second) for first, second in plan), *(fourier(rng, [0], [0.8], 0.6, 8.0) for _ in range(4))]
     return Campaign("torque sensor that also feels the radial pull at the hub", arm(0.6, 0.05, 3.4, 0.31, 0.11, known_to=0.02), motions, 80,
                     Sensors(0.012, tails=3.0, rates=0.004), "heavy", [], law_of_radial_pull,
-                    [HiddenEffect("unknown", 1, "reading + 0.085 m x centripetal force: even in speed, whichever way it turns")])
+                    [Effect("unknown", 1, "reading + 0.085 m x centripetal force: even in speed, whichever way it turns",
+                            ["force_crosstalk"])])
