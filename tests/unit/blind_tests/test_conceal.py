@@ -42,7 +42,8 @@ def test_every_effect_of_the_catalogue_can_be_hidden_and_is_of_the_same_family()
     from nnhydro.effects.catalogue import catalogue
 
     assert set(names()) == set(FAMILY)
-    of_arms = {name: card.family for name, card in catalogue().items() if card.driven}  # a hull is no arm of a tow tank
+    elsewhere = {"munk_moment", "force_crosstalk"}  # tests/recovery and training/foreign/fourteenth hide them
+    of_arms = {name: card.family for name, card in catalogue().items() if card.driven and name not in elsewhere}  # a hull is no arm
     assert of_arms.items() <= FAMILY.items()
 
 

@@ -83,12 +83,13 @@ def with_strip_net(model: LearnedTorque, rows: Rows, watched: Tensor, chosen: Se
     Both come back as they are where no share is sure to gain, or the nets so far have gained nothing on the groups that they left out.
     """
     parts, base = thirds(chosen, seed), model.baseline
-    if not parts or not bool(watched.any() if base is None else watched.any(dim=0).all()):
+    groups = sorted({member.group for member in chosen})
+    seen = {member.group for member, is_watched in zip(chosen, watched.any(dim=0).tolist(), strict=True) if is_watched}
+    if not parts or len(seen) < (THIRDS if base is None else len(groups)):
         return model, rows
     runs, index = runs_of(chosen, model.arm), sample_rows(rows.unit, watched)
     r, _, _, _, unit, target = out_of_fold(model, rows, watched)
     used = model.fading(rows.x[index].double())
-    groups = sorted({member.group for member in chosen})
     group = torch.tensor([groups.index(member.group) for member in chosen])[unit.long()]
     unseen, judged = torch.zeros(len(rows.target), target.shape[1] + 1), torch.zeros(len(chosen), dtype=torch.bool)
     for number, out in enumerate(parts):
