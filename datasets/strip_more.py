@@ -59,6 +59,7 @@ def anywhere(listed: list[Run], rng: np.random.Generator) -> list[float]:
 
 
 def random_sines(listed: list[Run], rng: np.random.Generator) -> Run:
+    """Random sines of both joints, of the listed length."""
     start = anywhere(listed, rng)
     return Run("", (start[0], start[1]), multi=between([run.multi for run in listed], rng), seconds=listed[0].seconds)
 

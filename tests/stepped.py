@@ -117,16 +117,16 @@ MODELS = {
 
 @cache
 def hybrid(baseline):
-    """A hybrid trained for an instant on `baseline`."""
-    a = arm(2)
-    return train(campaign(a, state_loads(a), 4, seconds=2.0, rate=50.0), DEFAULT_LAWS.model_copy(update={"baseline": baseline}))
+    """A hybrid trained for an instant on `baseline`; a network on None."""
+    a, kind = arm(2), {"model": "network"} if baseline is None else {"baseline": baseline}
+    return train(campaign(a, state_loads(a), 4, seconds=2.0, rate=50.0), DEFAULT_LAWS.model_copy(update=kind))
 
 
 @cache
 def model_of(name):
     """The model called so: of MODELS, a hybrid, one on coefficients over the travel, or one with a net that remembers."""
     learned = {"hybrid": lambda: hybrid("constant"), "hybrid on state": lambda: hybrid("state"),
-               "with memory": lambda: remembering(hybrid("constant"))}
+               "with memory": lambda: remembering(hybrid("constant")), "network with memory": lambda: remembering(hybrid(None))}
     return learned[name]() if name in learned else MODELS[name](arm(2))
 
 

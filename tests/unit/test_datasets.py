@@ -172,3 +172,29 @@ def test_the_wake_of_a_link_set_off_from_rest_depends_on_travel_alone():
     assert 3.0 < travel[drag.argmax()] < 5.0
     assert 1.2 < drag.max() < 1.5
     assert drag[-1] < 1.12
+
+
+def test_a_larger_campaign_of_a_tank_has_the_listed_recordings_and_motions_no_faster(tmp_path):
+    """The flows of drawn motions that lie in strips/ are those of the motions that are drawn: their lengths agree, or nothing is written."""
+    folder = ROOT / "datasets" / "vortex_tank"
+    program = [sys.executable, str(folder.parent / "strip_more.py"), "vortex_tank", "40", str(tmp_path / "more")]
+    more = subprocess.run(program, capture_output=True, text=True, check=False)
+    assert more.returncode == 0, more.stderr
+    listed = {path.name: path.read_bytes() for path in (folder / "recordings").iterdir()}
+    made = {path.name: path.read_bytes() for path in (tmp_path / "more" / "recordings").iterdir()}
+    assert len(made) == 60
+    assert made.items() >= listed.items()
+    assert (tmp_path / "more" / "arm.yaml").read_bytes() == (folder / "arm.yaml").read_bytes()
+    kinds = [name.partition("_")[0] for name in listed]
+    assert sorted(name.partition("_")[0] for name in made) == sorted(3 * kinds)
+
+
+@pytest.mark.parametrize("name", ["ns_tank", "vortex_tank"])
+def test_drawn_motions_are_no_faster_than_the_listed_ones(name):
+    program = f"""import sys; sys.path[:0] = [{str(ROOT / "datasets" / name)!r}, {str(ROOT / "datasets")!r}]
+import make
+from strip_more import drawn_runs, speed
+fastest = max(speed(make.TANK, run) for run in make.TANK.runs)
+assert 0 < max(speed(make.TANK, run) for run in drawn_runs(make.TANK, 20)) <= fastest
+assert drawn_runs(make.TANK, 3) == drawn_runs(make.TANK, 20)[:3]"""
+    assert subprocess.run([sys.executable, "-c", program], capture_output=True, check=False).returncode == 0

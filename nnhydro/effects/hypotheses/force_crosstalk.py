@@ -38,7 +38,7 @@ class ForceCrosstalk(InstrumentEffect):
     lever: Values = parameter("m", 0.0, (-1.0, 1.0), "e, distance at which the force acts on the sensor", per="arm")
 
     def columns(self, seen: SensorView) -> Tensor:
-        """Return the force along link 1 at its joint, (n, joints, 1); 0 where the hub's force is not known."""
+        """Return the force along link 1 at its joint, (n, joints, 1) N; 0 where the hub's force is not known."""
         if seen.hub_force_of is None or seen.arm.sliding:
             return torch.zeros(*seen.motion.q.shape, 1, dtype=torch.float64)
         force = seen.memo.of((type(self), "force"), lambda: seen.hub_force_of(seen.flow))  # type: ignore[misc]

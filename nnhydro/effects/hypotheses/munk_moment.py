@@ -23,8 +23,9 @@ class MunkMoment(LoadEffect):
     mechanism = ("Water that flows obliquely past a link turns it across the flow, because the pressure differs between its ends. Strips, "
                  "each with its own flow, do not show this. A separated wake takes most of it away.")
     equation = "tau_j = s sum_i rho pi D_i^2/4 (A_i L_i^2/2 + B_i L_i) (u_x,i - A_i a_ji),  a_ji the lever of an axial load"
-    source = ("Munk (1924), NACA Report 184, The aerodynamic forces on airship hulls; Newman (1977), Marine Hydrodynamics, section 4.13: "
-              "forces on a body in an unbounded fluid, with the added mass of slender cylinders")
+    source = ("moment on a body in steady translation (Munk moment): MIT fluids modules, lecture 12, after Newman (1977), section 4.13, "
+              "http://web.mit.edu/fluids-modules/www/potential_flows/LecturesHTML/lec12/node1.html; links that turn: "
+              "Lagrange's equations on the energy of the strips (the energy reading of added mass), ours")
     signature = Signature(
         depends_on=("q", "qd", "u0"), parity="odd", region="oblique motion: speed along a link and across it at once",
         excited_by="towing with the links at 30 to 60 degrees to the flow",
@@ -36,7 +37,7 @@ class MunkMoment(LoadEffect):
     share: Values = parameter("1", 0.2, (-1.5, 1.5), "of the moment in attached flow (C_M = 1)", per="arm")
 
     def columns(self, flow: Flow) -> Tensor:
-        """Return d tau / d share, (n, joints, 1)."""
+        """Return d tau / d share, (n, joints, 1) N m."""
         return attached_flow(flow).sum(-1, keepdim=True)
 
     def sentence(self, text: Mapping[str, str]) -> str:

@@ -34,7 +34,7 @@ def written(model, folder, precision, flags=()):
 
 @with_compiler
 @pytest.mark.slow(seconds=35)
-@pytest.mark.parametrize("name", ["hybrid", "hybrid on state", "with memory"])
+@pytest.mark.parametrize("name", ["hybrid", "hybrid on state", "with memory", "network with memory"])
 def test_a_hybrid_is_written_as_loops_and_gives_the_same_over_a_hundred_thousand_steps(name, tmp_path):
     (model, motion, want), slow = hundred_thousand(name), towed(4500)
     flags = () if name == "hybrid on state" else ("-DNO_DISPATCH",)  # one of them for each kind of processor, which takes gcc longer

@@ -29,12 +29,13 @@ def made(kind):
     """A model of each kind; a learned one has the laws that a training takes by default."""
     if kind == "strip theory":
         return identify(whole())
-    if kind == "hybrid with a trained memory":
-        return remembering(made("hybrid"))
+    if kind.endswith(" with a trained memory"):
+        return remembering(made(kind.partition(" ")[0]))
     return train(whole(), DEFAULT_LAWS.model_copy(update={"model": kind, "epochs": 1}))
 
 
-KINDS = pytest.mark.parametrize("kind", ["strip theory", "network", "hybrid", "hybrid with a trained memory"])
+KINDS = pytest.mark.parametrize("kind", ["strip theory", "network", "hybrid", "hybrid with a trained memory",
+                                         "network with a trained memory"])
 
 
 @KINDS

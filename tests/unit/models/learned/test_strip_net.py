@@ -4,14 +4,19 @@ from dataclasses import replace
 
 import pytest
 import torch
+from campaigns import DEFAULT_LAWS, campaign, planted
 from rigs import arm, mirrored_about_X, mirrored_about_Y, run
-from strip_nets import SIZE, net
+from strip_nets import SIZE, net, remembering
 
 from nnhydro.deployment.onnx.tracing import trace
-from nnhydro.models.learned.strip_inputs import StripInputs
+from nnhydro.fitting.network.train import train
+from nnhydro.models.learned.learned import view_of
+from nnhydro.models.learned.strip_inputs import StripInputs, rigid_torque
 from nnhydro.physics.carried import StepMemory
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion
+
+NETWORK = DEFAULT_LAWS.model_copy(update={"model": "network", "epochs": 1})
 
 
 def in_steps(model, a, m):
@@ -33,6 +38,14 @@ def test_torques_turn_with_the_mirror(mirror):
     sign = 1 if torch.allclose(mirror(m).q, m.q) else -1
     assert torque.abs().max() > 1
     assert torch.allclose(mirrored, sign * torque, rtol=0, atol=1e-11 * float(torque.abs().max()))
+
+
+def test_a_network_that_uses_all_of_a_net_is_the_net_and_the_rigid_links_however_unfamiliar_the_motion():
+    network, m = remembering(train(campaign(arm(2), planted(arm(2)), 3, seconds=1.0, rate=50.0), NETWORK)), run(2)
+    whole = replace(network, share=torch.ones(2, dtype=torch.float64), water=replace(network.water, drift=network.water.drift + 1e6))
+    flow = Flow(whole.arm, m)
+    assert float(whole.familiarity(whole.standardised_features(view_of(whole.arm, m, whole.floor))).min()) < 0.9
+    torch.testing.assert_close(whole.torque(m), rigid_torque(flow) + whole.water.torque(flow), rtol=1e-9, atol=1e-9)
 
 
 @pytest.mark.parametrize("links", [1, 2, 3])
