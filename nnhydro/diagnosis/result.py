@@ -103,8 +103,8 @@ class DiagnosisResult:
         share = self.checks.get("torque_above_band", 0.0)
         if share <= MOST_LEFT:
             return ""
-        return (f"Above {self.checks['band_hz']:.2g} Hz, the torque has {100 * share:.0f} % of its rms, which was not compared with the "
-                "model. If that is no noise, state a higher cut-off (`--cutoff`).")
+        return (f"{100 * share:.0f} % of the torque's rms lies above {self.checks['band_hz']:.2g} Hz and was not compared with the model. "
+                "If it is not noise, state a higher cut-off (`--cutoff`).")
 
     def _simulation(self) -> str:
         """What recalibration beside the user's own simulation does, as a sentence; empty for physics of ours, or where it does nothing."""

@@ -175,7 +175,7 @@ def test_the_wake_of_a_link_set_off_from_rest_depends_on_travel_alone():
 
 
 def test_a_larger_campaign_of_a_tank_has_the_listed_recordings_and_motions_no_faster(tmp_path):
-    """The flows of drawn motions that lie in strips/ are those of the motions that are drawn: their lengths agree, or nothing is written."""
+    """The flows of drawn motions that lie in strips/ are of the motions that are drawn: their lengths agree, or nothing is written."""
     folder = ROOT / "datasets" / "vortex_tank"
     program = [sys.executable, str(folder.parent / "strip_more.py"), "vortex_tank", "40", str(tmp_path / "more")]
     more = subprocess.run(program, capture_output=True, text=True, check=False)

@@ -21,8 +21,8 @@ class ForceCrosstalk(InstrumentEffect):
     family = "torque_sensor"
     cause = "force_crosstalk"
     name = "force crosstalk"
-    mechanism = ("A torque sensor that is mounted off its axis, or aslant, also reads the force on it: while the arm turns, the pull that "
-                 "holds it on its circle.")
+    mechanism = ("A torque sensor that is mounted off its axis, or at an angle, also reads the force on it: while the arm turns, the pull "
+                 "that holds it on its circle.")
     equation = "reading_1 = tau_1 + e F.e_1,  F: force that the hub supplies, e_1: along link 1"
     source = ("Schrand (HITEC), Cross Talk Compensation Using Matrix Methods, "
               "https://hitec.humaneticsgroup.com/perspectives/cross-talk-compensation-using-matrix-methods")

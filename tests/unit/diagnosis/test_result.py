@@ -150,7 +150,7 @@ def test_above_a_floor_of_a_third_of_the_torque_nothing_is_said_to_be_complete()
 def test_torque_above_the_band_is_told_where_it_is_more_than_a_third():
     little, much = (replace(diagnosis(0.5), checks={"torque_above_band": share, "band_hz": 2.44}).verdict() for share in (0.3, 0.4))
     assert little == diagnosis(0.5).verdict()
-    assert much.startswith(f"{little} Above 2.4 Hz, the torque has 40 % of its rms, which was not compared with the model.")
+    assert much.startswith(f"{little} 40 % of the torque's rms lies above 2.4 Hz and was not compared with the model.")
 
 
 def test_what_remains_is_told_with_what_it_depends_on_where_it_is_worth_telling():

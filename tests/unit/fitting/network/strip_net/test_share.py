@@ -12,6 +12,7 @@ from nnhydro.fitting.network.strip_net import share
 from nnhydro.fitting.network.strip_net.fit import fit_strip_net
 from nnhydro.fitting.network.strip_net.share import SHARES, gains, share_of, thirds
 from nnhydro.fitting.network.train import train
+from nnhydro.models.learned.learned import LearnedTorque
 from nnhydro.physics.travel.state_model import state_loads
 from nnhydro.recordings.repeats import group_names
 from nnhydro.recordings.splitting import units
@@ -103,3 +104,11 @@ def test_what_the_net_gains_on_held_out_recordings_is_used(kind):
     assert model.share is not None
     assert float(model.share.min()) > 0.2
     assert model.water is not None
+
+
+@pytest.mark.parametrize(("kind", "held"), [("hybrid", False), ("network", True)])
+def test_where_no_motion_is_familiar_a_net_gains_a_hybrid_nothing_and_a_network_as_much(kind, held, monkeypatch):
+    monkeypatch.setattr(LearnedTorque, "familiarity", lambda model, x: 0 * x[:, :1])
+    poor = FAST.model_copy(update={"law": (), "features": ("rates",), "free": False, "baseline": "drag-only", "model": kind})
+    model = train(campaign(arm(2), state_loads(arm(2)), 9, seconds=2.5, rate=40.0), poor)
+    assert (model.water is not None) == held
