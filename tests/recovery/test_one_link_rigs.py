@@ -161,6 +161,36 @@ def test_a_drag_crisis_is_named_of_tows_with_its_reynolds_number(tmp_path):
     assert told["drop"].value == pytest.approx(0.62, rel=0.1)
 
 
+def test_of_tows_in_one_direction_drag_of_another_form_a_current_and_an_offset_are_told_as_one_class_and_friction_is_not(tmp_path):
+    """A rotor's resistance at one posture, 30 tows: c U^2 - b U. The joint is held, so no friction of it can show."""
+    write_arm(tmp_path)
+    (tmp_path / "steady").mkdir()
+    rng, u = np.random.default_rng(1), np.repeat(np.linspace(0.2, 1.3, 10), 3)
+    tau = (36 * u**2 - 10 * u) * (1 + 0.008 * rng.standard_normal(len(u)))
+    rows = pd.DataFrame({"q1_rad": 0.0, "dq1_rad_s": 0.0, "u0_m_s": u, "tau1_Nm": tau})
+    rows.to_csv(tmp_path / "steady" / "tow.csv", index=False)
+    found = nnhydro.diagnose(tmp_path)
+    (one,) = found.findings
+    assert {one.effect, *one.equivalence_set} >= {"drag_form", "ambient_current"}, found.verdict()
+    assert not {d.effect for d in found.result.decisions} & {"coulomb_friction", "viscous_friction"}
+    assert found.result.heldout.after < 0.4 * found.result.heldout.before
+
+
+def test_a_propeller_s_law_of_thrust_is_named_at_a_hundred_metres_a_second(tmp_path):
+    """Speeds of a tip, m/s, of which the coefficients of parts linear and cubic in speed are no numbers of about 1."""
+    arm = {"schema": "nnhydro/arm/1", "name": "propeller", "fluid": {"density_kg_m3": 1.2, "kinematic_viscosity_m2_s": 1.5e-5},
+           "links": [{"length_m": 0.06, "diameter_m": 0.03, "mass_kg": 0.0, "com_m": 0.0, "inertia_kg_m2": 0.0}]}
+    (tmp_path / "arm.yaml").write_text(yaml.safe_dump(arm))
+    (tmp_path / "steady").mkdir()
+    rng, w = np.random.default_rng(1), np.linspace(300, 2400, 120)
+    tau = (2e-8 * w**2 + 2e-5 * w + 2e-11 * w**3) * (1 + 0.01 * rng.standard_normal(len(w)))
+    pd.DataFrame({"q1_rad": 0.0, "dq1_rad_s": w, "tau1_Nm": tau}).to_csv(tmp_path / "steady" / "thrust.csv", index=False)
+    found = nnhydro.diagnose(tmp_path)
+    (one,) = found.findings
+    assert "drag_form" in {one.effect, *one.equivalence_set}, found.verdict()
+    assert found.result.heldout.after < 0.02 < found.result.heldout.before
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("share", [0.0, 0.4])
 def test_the_moment_of_oblique_tows_is_named_and_nothing_where_there_is_none(share, tmp_path):

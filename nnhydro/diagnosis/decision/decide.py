@@ -6,7 +6,8 @@ A member k of the best set S is claimed if it passes six tests.
        gain(S less k, S) > max(LEAST_GAIN, q99 + o_k, max_l max(FORM, 1 - p_l)^2 gain_l)
    p_l: predictable share of l's torque (its card);  o_k: log prior odds of what is expected, friction
    If the card of l lists k as a possible confusion, FORM gain_l is required, except of the standard terms of a joint. A law that takes as
-   much from the unknown as l, and leaves FORM of it at most, is exempt from both.
+   much from the unknown as l, and leaves FORM of it at most, is exempt from both. A member without which other claims fail is one
+   explanation with them: it need only be more probable than not.
 2. Unknown: the law replaces the unknown as a true law does (search.stepwise.admits).
 3. Prediction: held-out recordings are predicted better. Without the recording that supports the law most, they are predicted worse by
    FORM of the gain at most: where many recordings show the same, the unknown predicts the others as well as a law.
@@ -49,7 +50,7 @@ from nnhydro.sheet import percent
 
 Array = NDArray[np.float64]
 Shares = dict[int, float]
-Known = dict[tuple[tuple[int, ...], frozenset[int], frozenset[int]], "Claims"]
+Known = dict[tuple[tuple[int, ...], frozenset[int], frozenset[int], frozenset[int]], "Claims"]
 LEAST_PROBABLE = 0.5  # probability of a name; below it a cause outside the catalogue is more probable
 EXPLAINED = "a claimed effect explains what it does, and more"
 IMPROBABLE = "a cause outside the catalogue is more probable: much remains, or the size differs between recordings"
@@ -104,13 +105,14 @@ def _precision(search: Search, found: ScoredSet, k: int) -> float:
 
 
 def decide(search: Search, best: ScoredSet, seed: int, as_form: frozenset[int] = frozenset(), exact: frozenset[int] = frozenset(),
-           known: Known | None = None) -> Claims:
+           known: Known | None = None, needed: frozenset[int] = frozenset()) -> Claims:
     """Return what of `best` is claimed, and a decision for each candidate.
 
-    The members `as_form` left as the form of others; the members `exact` are the form of none. `known` holds the sets judged so far.
+    The members `as_form` left as the form of others; the members `exact` are the form of none; other claims fail without the members
+    `needed`. `known` holds the sets judged so far.
     """
     known = {} if known is None else known
-    place = best.chosen, as_form, exact
+    place = best.chosen, as_form, exact, needed
     if place in known:
         return known[place]
     if not best.chosen:
@@ -120,7 +122,7 @@ def decide(search: Search, best: ScoredSet, seed: int, as_form: frozenset[int] =
     by_fold = densities[:, :1] - densities[:, 1:]  # (folds, members)
     shares = torque_shares(search, best)
     largest = max(null_threshold(search, rest, seed) for rest in rests.values())
-    chance = {k: least_gain(search.view.library, largest, k) for k in best.chosen}
+    chance = {k: 0.0 if k in needed else least_gain(search.view.library, largest, k) for k in best.chosen}
     bars = [0.0 if k in exact else bar for k, bar in zip(best.chosen, form_bars(search, best, list(rests.values())), strict=True)]
     judged = {k: _judge(search, best, rests[k], k, by_fold[:, i], shares, max(chance[k], bars[i])) for i, k in enumerate(best.chosen)}
     failed = [(chance[k] < gain <= bar, min(listed_probability(search, best, k), LEAST_PROBABLE), gain, k)
@@ -130,22 +132,28 @@ def decide(search: Search, best: ScoredSet, seed: int, as_form: frozenset[int] =
         return known[place]
     form, *_, worst = min(failed)
     if form:
-        made = decide(search, rests[worst], seed, as_form | {worst}, exact, known)
-        fallen = {k for k, decision in judged.items() if decision.claimed} - {*made.claimed.chosen}
-        rival = (best, exact | {worst}) if fallen else None
+        made = decide(search, rests[worst], seed, as_form | {worst}, exact, known, needed)
+        rival = (best, exact | {worst}, needed) if _fallen(judged, made) else None
     else:
-        made = decide(search, search.score(sorted({*rests[worst].chosen, *as_form})), seed, frozenset(), exact, known)
+        made = decide(search, search.score(sorted({*rests[worst].chosen, *as_form})), seed, frozenset(), exact, known, needed)
         improbable, weak = judged[worst].reason == IMPROBABLE, search.gain(rests[worst], best) <= chance[worst]
         instead = _members_instead(search, best, worst, improbable, made) if improbable or weak else set()
-        rival = (search.score(best.without(*instead)), exact) if instead else None
+        rival = (search.score(best.without(*instead)), exact, needed) if instead else None
+        if weak and worst not in needed and _fallen(judged, made):
+            rival = best, exact, needed | {worst}
     if rival:
-        other = decide(search, rival[0], seed, as_form, rival[1], known)
+        other = decide(search, rival[0], seed, as_form, rival[1], known, rival[2])
         made = other if worst in other.claimed.chosen and other.claimed.score > made.claimed.score else made
     decided = {(decision.effect, decision.joint) for decision in made.decisions}
     left = [decision if k == worst else replace(decision, claimed=False, reason=EXPLAINED) for k, decision in judged.items()]
     more = tuple(decision for decision in left if (decision.effect, decision.joint) not in decided)
     known[place] = replace(made, decisions=(*more, *made.decisions))
     return known[place]
+
+
+def _fallen(judged: dict[int, Decision], made: Claims) -> set[int]:
+    """Return the members that are claimed as `judged`, but not among the claims `made` without the worst."""
+    return {k for k, decision in judged.items() if decision.claimed} - {*made.claimed.chosen}
 
 
 def _members_instead(search: Search, now: ScoredSet, k: int, improbable: bool, made: Claims) -> set[int]:

@@ -72,15 +72,17 @@ def replace_special_laws(search: Search, found: ScoredSet) -> ScoredSet:
 def replace_by_simpler(search: Search, found: ScoredSet) -> ScoredSet:
     """Return `found` with each member replaced by the equivalent effect of the fewest parameters, on no more signals.
 
-    Never by the general form of a family.
+    Never by the general form of a family, nor by an effect that gains too little to be claimed.
     """
     for k in found.chosen:
         rest = found.without(k)
+        base = search.score(rest)
         _, others = rivals_of(search, found, k)
         near = [rival.number for rival in others if rival.equivalent and rival.deficit < LEAST_GAIN
                 and parameter_count(search, rival.number) < parameter_count(search, k)
                 and _signals(search, rival.number) <= _signals(search, k)
-                and not search.view.library.hypotheses[rival.number].effect.general]
+                and not search.view.library.hypotheses[rival.number].effect.general
+                and search.gain(base, search.score((*rest, rival.number))) > LEAST_GAIN]
         if near:
             least = min(parameter_count(search, n) for n in near)
             found = max((search.score((*rest, n)) for n in near if parameter_count(search, n) == least), key=lambda s: s.score)

@@ -98,25 +98,31 @@ class Library:
 
     @cached_property
     def key_counts(self) -> dict[Key, int]:
-        """How many laws are tried of every key."""
+        """How many laws are tried of every key; what moves no torque in this campaign is not tried."""
         if self.counts is not None:
             return self.counts
         counts: dict[Key, int] = {}
-        for hypothesis in self.hypotheses:
-            counts[hypothesis.key] = counts.get(hypothesis.key, 0) + 1
+        for k, hypothesis in enumerate(self.hypotheses):
+            if self._is_felt(k):
+                counts[hypothesis.key] = counts.get(hypothesis.key, 0) + 1
         return counts
+
+    def _is_felt(self, k: int) -> bool:
+        return bool(self.scale[self.at(k)].any())
 
     def log_prior(self, k: int) -> float:
         """Return the log prior odds of hypothesis `k`: equal for every key, every law of a key, and every part of a campaign.
 
         A standard term of a joint is as probable as not: what machines have, few baselines hold. Friction is in every joint: that there is
         none is as improbable as a claim without the least gain. So is that a law acts in a part only. Frequencies per recording were
-        chosen from all in the band.
+        chosen from all in the band. A law that moves no torque is not possible.
         """
+        if not self._is_felt(k):
+            return -np.inf
         h = self.hypotheses[k]
         part = 0.0 if h.activity is None else LEAST_GAIN + h.activity.log_alternatives(self.design.problem.groups)
         odds = 0.0 if h.effect.standard else np.log(len(self.key_counts))
-        return self.log_expected(k) - float(odds + np.log(self.key_counts[h.key]) + part + h.log_tried)
+        return self.log_expected(k) - float(odds + np.log(self.key_counts.get(h.key, 1)) + part + h.log_tried)
 
     def log_expected(self, k: int) -> float:
         """Return by how much the log prior odds of hypothesis `k` exceed even ones: no chance gain counts that."""

@@ -57,5 +57,9 @@ class AmbientCurrent(InstrumentEffect):
         return polar(self.current_X[0], self.current_Y[0], "m/s", "speed")
 
     def sentence(self, text: Mapping[str, str]) -> str:
-        """Return the finding."""
+        """Return the finding; of a component that no recording shows, the value is exactly 0."""
+        x, y = self.current_X[0], self.current_Y[0]
+        if (x == 0) != (y == 0):
+            along = f"{'-' if x + y < 0 else '+'}{'Y' if x == 0 else 'X'}"
+            return f"A steady current of {text['speed']} flows along {along}. These recordings do not show what flows across."
         return f"A steady current of {text['speed']} flows in the direction {text['direction']} from +X."

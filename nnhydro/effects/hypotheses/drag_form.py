@@ -7,7 +7,7 @@ from typing import final
 import torch
 from torch import Tensor
 
-from nnhydro.effects.effect import LoadEffect, Signature, Values, effect, parameter
+from nnhydro.effects.effect import ANY_VALUE, LoadEffect, Signature, Values, effect, parameter
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.strips import Strips
 from nnhydro.physics.travel.term import unit_drag
@@ -36,8 +36,8 @@ class DragForm(LoadEffect):
     general = True
     needs_water = True
 
-    linear: Values = parameter("m/s", 0.0, (-5.0, 5.0), "coefficient c_1 of the part linear in speed", per="arm")
-    cubic: Values = parameter("s/m", 0.0, (-5.0, 5.0), "coefficient c_3 of the part cubic in speed", per="arm")
+    linear: Values = parameter("m/s", 0.0, ANY_VALUE, "coefficient c_1 of the part linear in speed", per="arm")
+    cubic: Values = parameter("s/m", 0.0, ANY_VALUE, "coefficient c_3 of the part cubic in speed", per="arm")
     taper: Values = parameter("1", 0.0, (-6.0, 6.0), "C_D at the outer end less its mean along the link")
     ends: Values = parameter("1", 0.0, (-6.0, 6.0), "C_D at both ends less its mean along the link")
 

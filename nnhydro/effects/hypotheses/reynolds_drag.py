@@ -16,6 +16,7 @@ from nnhydro.recordings.arm import Arm
 REFERENCE = 3e4  # Re of a link of 6 cm at 0.5 m/s
 LOWEST = 1e2  # below, the load is too small to matter
 STRIPS = 20  # a link
+MOST = 3.0  # change of C_D within a third of a decade, which bounds the coefficients
 
 
 @effect
@@ -39,9 +40,9 @@ class ReynoldsDrag(LoadEffect):
     acts = "arm"
     needs_water = True
 
-    slope: Values = parameter("1", 0.0, (-3.0, 3.0), "change of C_D per factor of ten in Re", per="arm")
-    bend: Values = parameter("1", 0.0, (-3.0, 3.0), "curvature of C_D over log10 Re", per="arm")
-    turn: Values = parameter("1", 0.0, (-10.0, 10.0), "change of the curvature", per="arm", absent=True)
+    slope: Values = parameter("1", 0.0, (-3 * MOST, 3 * MOST), "change of C_D per factor of ten in Re", per="arm")
+    bend: Values = parameter("1", 0.0, (-9 * MOST, 9 * MOST), "curvature of C_D over log10 Re", per="arm")
+    turn: Values = parameter("1", 0.0, (-27 * MOST, 27 * MOST), "change of the curvature", per="arm", absent=True)
     drop: Values = parameter("1", 0.5, (0.0, 2.0), "fall of C_D in the drag crisis", per="arm", absent=True)
     critical: Values = parameter("1", 2e5, (1e4, 2e6), "Reynolds number in the middle of its fall", per="arm", linear=False,
                                  grid=(5e4, 1e5, 2e5, 4e5), absent=True)

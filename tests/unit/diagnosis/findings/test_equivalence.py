@@ -1,9 +1,12 @@
 """A special law gives way to the plain one of its family where it takes no more, or where its values are those of the plain one."""
 
 import numpy as np
+import pytest
 from problems import design, law, search
 
-from nnhydro.diagnosis.findings.equivalence import replace_special_laws, rivals_of
+from nnhydro.diagnosis.constants import LEAST_GAIN
+from nnhydro.diagnosis.findings import equivalence
+from nnhydro.diagnosis.findings.equivalence import Rival, replace_by_simpler, replace_special_laws, rivals_of
 
 
 def fitted(sense):
@@ -27,6 +30,14 @@ def test_a_law_whose_told_values_are_those_of_the_plain_one_gives_way_to_it():
     one, found = fitted(lambda values: not told[0])
     told[0] = True  # the values of the fit without the unknown make no sense for it
     assert replace_special_laws(one, found).chosen == (0,)
+
+
+@pytest.mark.parametrize(("gain", "chosen"), [(LEAST_GAIN - 0.1, (1,)), (LEAST_GAIN + 0.1, (0,))])
+def test_an_equivalent_of_fewer_values_takes_the_place_only_if_it_gains_enough_to_be_claimed(gain, chosen, monkeypatch):
+    one, found = fitted(lambda values: True)
+    monkeypatch.setattr(equivalence, "rivals_of", lambda *_: (1.0, [Rival(0, 2.0, 0.1, 0.9, True)]))
+    monkeypatch.setattr(type(one), "gain", lambda search, now, then: gain)
+    assert replace_by_simpler(one, found).chosen == chosen
 
 
 def test_a_standard_term_for_which_the_finding_may_be_taken_is_a_rival_however_many_special_laws_gain_more():

@@ -19,6 +19,8 @@ def test_friction_is_probable_other_standard_terms_of_a_joint_as_probable_as_not
     assert made.log_prior(0) == 0.0
     assert made.log_prior(1) == pytest.approx(-np.log(len(laws)))
     assert made.log_prior(2) == LEAST_GAIN
+    unfelt = replace(made, scale=np.array([1.0, 1.0, 0.0]))  # by a joint that is held
+    assert (unfelt.log_prior(1), unfelt.log_prior(2)) == (pytest.approx(-np.log(2)), -np.inf), "what cannot show is not tried"
     in_a_part = replace(laws[2], activity=ActivityWindow(("run0",), until=True))
     assert library(design(0), (*laws[:2], in_a_part)).log_prior(2) == pytest.approx(-LEAST_GAIN - np.log(6))
 

@@ -1,0 +1,34 @@
+"""Members without which other claims fail: one explanation with them, for which it is enough to be more probable than not."""
+
+import numpy as np
+import pytest
+from problems import design, law, search
+
+from nnhydro.diagnosis.constants import LEAST_GAIN
+from nnhydro.diagnosis.decision import decide as deciding
+from nnhydro.diagnosis.decision.decide import decide
+
+LAWS = tuple(law(f"law_{k}") for k in range(4))
+
+
+def with_little_of(size):
+    """A search in which law 0 acts, and law 1 with the value `size`."""
+    of = design(0, groups=8, rows=30)
+    X = np.random.default_rng(50).standard_normal((*of.y.shape, len(LAWS)))
+    of.y = of.y + 0.6 * X[..., 0] + size * X[..., 1]
+    return search(of, LAWS, X)
+
+
+@pytest.mark.parametrize(("size", "falls", "claimed"), [(0.17, True, (0, 1)), (0.17, False, (0,)), (0.0, True, ())])
+def test_a_law_that_gains_too_little_is_claimed_if_others_fail_without_it_and_it_is_probable(size, falls, claimed, monkeypatch):
+    """Law 1 gains less than chance might; without it law 0 is no probable cause where it `falls`."""
+    one = with_little_of(size)
+    both, alone = one.score((0, 1)), one.score((0,))
+    assert (one.gain(alone, both) > 0) == (size > 0)
+    monkeypatch.setattr(deciding, "least_gain", lambda library, largest, k: 1e6 if k == 1 else 3.0)
+    monkeypatch.setattr(deciding, "listed_probability", lambda search, found, k: 0.1 if falls and found.chosen == (0,) else 1.0)
+    decided = decide(one, both, 0)
+    assert decided.claimed.chosen == claimed
+    if claimed == (0, 1):
+        (decision,) = [d for d in decided.decisions if d.effect == "law_1"]
+        assert 0 <= decision.threshold < decision.statistic < LEAST_GAIN
