@@ -3,7 +3,7 @@
 A constant that one module alone uses stands there, with its reason.
 """
 
-RHO = 0.3  # prior standard deviation of an effect in shares of the torque: wide, so that an effect of half the torque is not penalised
+RHO = 0.3  # prior standard deviation of an effect in shares of the torque, at least: all that the baseline leaves, where that is more
 FORM = 0.1  # relative model error of any effect: published laws of one effect differ by a tenth in form
 LATE = 0.015  # s: timing error of any effect, the delay of an ordinary motor drive's filter
 NU = 8.0  # prior observations that pull a noise level towards its neighbours: eight determine a variance to a factor of 2
@@ -22,4 +22,4 @@ MATERIAL = 0.01  # share of a joint's torque that an unknown must hold to be rep
 UNLIKE_NOISE = 3.0  # times the error of noise alone: a larger difference between recordings is no noise
 P_ALARM = 1e-3  # p-value of an alarm other than the unknown (hum, unlike recordings, common cause): one healthy arm in a thousand
 TRUSTED_RATIO = 0.25  # share of the nats left by a name, or deviation of its size between recordings, that makes other causes as probable
-LISTED = 0.96  # share of names that are right: one machine in five is taken to hide an unlisted cause; one in six of these is named
+UNLISTED = 0.2  # share of the machines with something missing that are taken to hide a cause outside the catalogue: one in five

@@ -20,12 +20,14 @@ recordings cannot distinguish the two, both are reported, and the form of the be
 
 import numpy as np
 
-from nnhydro.diagnosis.constants import FEW_NATS, LEAST_GAIN, LISTED, SMALLEST_SIZE, TRUSTED_RATIO
+from nnhydro.diagnosis.constants import FEW_NATS, LEAST_GAIN, SMALLEST_SIZE, TRUSTED_RATIO, UNLISTED
 from nnhydro.diagnosis.decision.scatter import scatter_between_parts, scatter_between_recordings
 from nnhydro.diagnosis.model.sizes import Sizes, fit_sizes, without_unknown
 from nnhydro.diagnosis.search.scored_set import LARGE_START, SMALL_START, ScoredSet
 from nnhydro.diagnosis.search.stepwise import Search
 
+NAMED_WRONGLY = 1 / 6  # share of the machines that hide an unlisted cause which get a name
+LISTED = (1 - UNLISTED) / (1 - UNLISTED + UNLISTED * NAMED_WRONGLY)  # 0.96: share of names that are right
 CONSTANT = ("nothing",)
 VARIABLES: dict[tuple[str, ...], str] = {CONSTANT: "q{}_rad", ("q",): "q{}_rad", ("qd",): "dq{}_rad_s", ("qdd",): "ddq{}_rad_s2"}
 

@@ -20,7 +20,7 @@ def form_bars(search: Search, now: ScoredSet, rests: Sequence[ScoredSet]) -> lis
     after = [search.nats_of_unknown(now, [k]) for k in now.chosen]
     explained = [gain + more - less for gain, more, less in zip(gains, before, after, strict=True)]
     effects = [search.view.library.hypotheses[k].effect for k in now.chosen]
-    exactly = [less <= FORM * more and whole > bar
+    exactly = [more > 0 and less <= FORM * more and whole > bar
                for less, more, whole, bar in zip(after, before, explained, _shares_of_form(effects, explained), strict=True)]
     return [0.0 if exact else bar for exact, bar in zip(exactly, _shares_of_form(effects, gains), strict=True)]
 

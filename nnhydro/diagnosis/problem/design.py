@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
-from nnhydro.diagnosis.constants import FORM, RELEVANT
+from nnhydro.diagnosis.constants import FORM, RELEVANT, RHO
 from nnhydro.diagnosis.problem.baseline import Baseline
 from nnhydro.diagnosis.problem.columns import columns_on, disagreement
 from nnhydro.diagnosis.problem.free_machines import require_motion, scale_direction, shares_of_largest
@@ -98,6 +98,12 @@ class Design:
         else:
             measured = np.sqrt((self.tau**2).sum(axis=0) / self.duration)
         made: Array = np.maximum(measured, 1e-3 * max(float(measured.max()), 1e-12))
+        return made
+
+    @cached_property
+    def left(self) -> Array:
+        """How many times RHO of the torque the recalibrated baseline leaves, (joints,), at least 1: so large an effect may be."""
+        made: Array = np.maximum(np.sqrt((self.excess**2).sum(axis=0) / self.duration) / (RHO * np.maximum(self.scale, 1e-300)), 1.0)
         return made
 
     @cached_property

@@ -20,7 +20,8 @@ COLUMNS_AT_A_TIME = 128  # columns multiplied at a time, which bounds the memory
 @final
 @dataclass(frozen=True, eq=False)
 class Library:
-    """Hypotheses and their columns in `parts` (n, joints, k), each scaled so that 1 makes the torque's rms where it weighs most.
+    """Hypotheses and their columns in `parts` (n, joints, k), each scaled so that 1 makes the torque's rms where it weighs most, or
+    `Design.left` times as much.
 
     A part holds the columns of consecutive hypotheses; libraries that grow out of one another share them.
     """
@@ -43,10 +44,10 @@ class Library:
         A column that moves no relevant torque at any value within its physical bounds is empty: a wave along a link that is held.
         """
         rms = np.sqrt(np.einsum("njk,njk->jk", X, X) / design.duration) / np.maximum(design.scale, 1e-300)[:, None]
-        largest = rms.max(axis=0) if X.shape[2] else np.zeros(0)
+        largest, share = (x.max(axis=0, initial=0.0) for x in (rms, rms / design.left[:, None]))
         most = np.abs(_spans(hypotheses)).max(axis=1)
         felt = (largest > 0) & (largest * most > RELEVANT)
-        scale = np.where(felt, 1.0 / np.maximum(largest, 1e-300), 0.0)
+        scale = np.where(felt, 1.0 / np.maximum(share, 1e-300), 0.0)
         return Library(design, tuple(hypotheses), (np.multiply(X, scale, out=X),), scale)
 
     @cached_property

@@ -1,9 +1,10 @@
 """The score of one set of effects: evidence, priors, physical bounds, and what it grants to errors of form.
 
     score(S) = max_tau log p(y | S, tau) + sum_k log [posterior mass within bounds / prior mass within bounds]
-               + sum_k log prior(k) - FORM^2 u(S),      u(S): nats that the unknown gains beside S
+               + sum_k log prior(k) - FORM^2 u(S) + log UNLISTED/(1 - UNLISTED) if u(S) > 0
 
-Named laws are known to FORM in form: what that costs them is no evidence for the unknown, which may be needed for other reasons, too.
+u(S): nats that the unknown gains beside S. That it is needed is as probable as a cause outside the catalogue. Named laws are known to
+FORM in form: what that costs them is no evidence for the unknown, which may be needed for other reasons, too.
 """
 
 from dataclasses import dataclass
@@ -13,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve
 
-from nnhydro.diagnosis.constants import FORM
+from nnhydro.diagnosis.constants import FORM, UNLISTED
 from nnhydro.diagnosis.model.evidence import Posterior
 from nnhydro.diagnosis.model.sizes import Sizes, fit_sizes, none, without_unknown
 from nnhydro.diagnosis.search.library import bound_bonus
@@ -21,6 +22,7 @@ from nnhydro.diagnosis.search.weighted_library import WeightedLibrary
 
 Array = NDArray[np.float64]
 IMPOSSIBLE = -1e6  # nats of values that make no physical sense together
+ODDS = float(np.log(1 / UNLISTED - 1))  # nats that speak against an unknown
 LARGE_START, SMALL_START = 0.1, 0.004  # sizes of the unknown, in rms torques, from which its evidence is also maximised
 
 
@@ -55,10 +57,11 @@ def score_set(view: WeightedLibrary, start: Sizes, chosen: tuple[int, ...]) -> S
     starts = [start, Sizes.even(whitened, LARGE_START), Sizes(np.minimum(start.tau, SMALL_START))]
     fit, sizes = max((fit_sizes(whitened, columns, s) for s in starts), key=lambda found: found[0].log_evidence)
     off = without_unknown(whitened, columns)
-    if off.log_evidence > fit.log_evidence:
+    if off.log_evidence > fit.log_evidence - ODDS:
         fit, sizes = off, none(whitened)
     unknown = max(fit.log_evidence - off.log_evidence, 0.0)
-    return ScoredSet(chosen, fit.log_evidence - FORM**2 * unknown + _bonus(view, chosen, fit), fit, sizes, unknown)
+    score = fit.log_evidence - ODDS * (unknown > 0) - FORM**2 * unknown + _bonus(view, chosen, fit)
+    return ScoredSet(chosen, score, fit, sizes, unknown)
 
 
 def _bonus(view: WeightedLibrary, chosen: tuple[int, ...], fit: Posterior) -> float:

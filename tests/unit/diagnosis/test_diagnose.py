@@ -10,7 +10,8 @@ import pytest
 from diagnosed import FRICTION, campaign, diagnosed, named, value
 
 from nnhydro.diagnosis import diagnose as engine
-from nnhydro.diagnosis.constants import LISTED, NULL_QUANTILE
+from nnhydro.diagnosis.constants import NULL_QUANTILE
+from nnhydro.diagnosis.decision.catalogue_probability import LISTED
 from nnhydro.diagnosis.diagnose import DiagnosisOptions
 from nnhydro.diagnosis.experiment.rig_limits import Limits
 from nnhydro.effects.catalogue import catalogue

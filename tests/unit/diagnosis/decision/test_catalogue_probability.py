@@ -5,9 +5,9 @@ import pytest
 from problems import design, law, search, unknown
 
 import nnhydro.diagnosis.decision.catalogue_probability as deciding
-from nnhydro.diagnosis.constants import FEW_NATS, LEAST_GAIN, LISTED, TRUSTED_RATIO
+from nnhydro.diagnosis.constants import FEW_NATS, LEAST_GAIN, TRUSTED_RATIO
 from nnhydro.diagnosis.decision import catalogue_probability
-from nnhydro.diagnosis.decision.catalogue_probability import listed_probability, share_left_of_form
+from nnhydro.diagnosis.decision.catalogue_probability import LISTED, listed_probability, share_left_of_form
 from nnhydro.diagnosis.decision.decide import decide
 from nnhydro.diagnosis.decision.scatter import scatter_between_recordings
 from nnhydro.effects.catalogue import catalogue

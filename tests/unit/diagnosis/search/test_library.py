@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from problems import design, law, library, search
 
-from nnhydro.diagnosis.constants import LEAST_GAIN, RELEVANT
+from nnhydro.diagnosis.constants import LEAST_GAIN, RELEVANT, RHO
 from nnhydro.diagnosis.problem.activity import ActivityWindow, Sector
 from nnhydro.diagnosis.search.library import COLUMNS_AT_A_TIME, Library, bound_bonus, log_mass
 
@@ -59,6 +59,16 @@ def test_a_value_of_one_makes_the_torque_s_rms_at_the_joint_where_a_law_weighs_m
     rms = np.sqrt((made.parts[0] ** 2).sum(axis=0) / made.design.duration) / made.design.scale[:, None]
     np.testing.assert_allclose(rms.max(axis=0), 1.0)
     np.testing.assert_allclose(made.parts[0], X * made.scale, err_msg="the scale turns values of the effect into shares")
+
+
+def test_where_the_baseline_leaves_the_whole_torque_a_value_of_one_makes_as_much_more_of_it():
+    of, X = design(2), np.random.default_rng(0).standard_normal((60, 2, 1)) * [[3.0], [1.0]]
+    usual = Library.of_columns(of, (law("a"),), X.copy())
+    of.left = np.array([1 / RHO, 1.0])
+    bare = Library.of_columns(of, (law("a"),), X.copy())
+    rms = np.sqrt((X[..., 0] ** 2).sum(axis=0) / of.duration) / of.scale
+    assert usual.scale[0] == pytest.approx(1 / rms.max())
+    assert bare.scale[0] == pytest.approx(1 / max(rms[0] * RHO, rms[1]))
 
 
 @pytest.mark.parametrize(("most", "empty"), [(0.9 * RELEVANT, True), (1.1 * RELEVANT, False)])

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from problems import design, evidences, law, planted, search, unknown
 
-from nnhydro.diagnosis.constants import FORM
+from nnhydro.diagnosis.constants import FORM, UNLISTED
+from nnhydro.diagnosis.model.sizes import Sizes, fit_sizes, without_unknown
 from nnhydro.diagnosis.search.library import bound_bonus
 from nnhydro.diagnosis.search.scored_set import imitated_nats
 
@@ -21,7 +22,22 @@ def test_a_score_is_evidence_plus_prior_plus_bounds_less_what_form_costs(chosen)
         at = got.places(one.view)[5]
         sd = np.sqrt(np.diag(got.fit.covariance(np.arange(at.start, at.stop))))
         bound = bound_bonus(np.array([0.0]), np.array([np.inf]), got.fit.mean[at], sd)
-    assert got.score == pytest.approx(on - FORM**2 * (on - off) + prior + bound, abs=1e-4)
+    assert on - off > np.log(1 / UNLISTED - 1)
+    assert got.score == pytest.approx(on - np.log(1 / UNLISTED - 1) - FORM**2 * (on - off) + prior + bound, abs=1e-4)
+
+
+def test_an_unknown_that_gains_less_than_the_odds_of_an_unlisted_cause_is_none():
+    of = design(4, groups=8, rows=60)
+    smooth = unknown(of).Phi[:, 0]
+    gained = []
+    for size in np.linspace(0.0, 0.4, 21):
+        of.y[:, 0] += (size > 0) * 0.02 * smooth
+        one = search(of, (law("any"),))
+        on = max(fit_sizes(one.whitened, None, Sizes.even(one.whitened, size))[0].log_evidence for size in (0.1, 0.004))
+        gained.append(on - without_unknown(one.whitened, None).log_evidence)
+        assert (one.score(()).unknown_nats > 0) == (gained[-1] > np.log(1 / UNLISTED - 1))
+    assert any(0.1 < nats < np.log(1 / UNLISTED - 1) for nats in gained)
+    assert gained[-1] > np.log(1 / UNLISTED - 1)
 
 
 def test_what_the_unknown_can_make_of_a_law_is_all_of_a_smooth_one_and_little_of_noise():
