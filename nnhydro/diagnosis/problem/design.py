@@ -102,11 +102,8 @@ class Design:
 
     @cached_property
     def left(self) -> Array:
-        """How many times RHO of the torque the recalibrated baseline leaves, (joints,), at least 1: so large an effect may be.
-
-        Where nothing is driven it is 1: what the baseline leaves is then the scale itself.
-        """
-        if self.undriven:
+        """How many times RHO of a driven torque the recalibrated baseline leaves, (joints,), at least 1: so large an effect may be."""
+        if self.undriven:  # what is left is the scale itself
             return np.ones(self.y.shape[1])
         made: Array = np.maximum(np.sqrt((self.excess**2).sum(axis=0) / self.duration) / (RHO * np.maximum(self.scale, 1e-300)), 1.0)
         return made
