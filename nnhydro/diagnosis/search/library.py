@@ -116,7 +116,7 @@ class Library:
 
         A standard term of a joint is as probable as not: what machines have, few baselines hold. Friction is in every joint: that there is
         none is as improbable as a claim without the least gain. So is that a law acts in a part only. Frequencies per recording were
-        chosen from all in the band. A law that moves no torque is not possible.
+        chosen from all in the band. A law that moves no torque has no prior probability.
         """
         if not self._is_felt(k):
             return -np.inf

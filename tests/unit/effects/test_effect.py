@@ -64,3 +64,10 @@ def test_a_finding_is_said_with_its_interval_or_with_the_text_in_its_place():
     bias = made("torque_bias", arm(2), 1, offset=(0.3,))
     assert "0.30 +- 0.10 N m" in bias.statement({"offset": (0.2, 0.4)})
     assert "unknown" in bias.statement(instead={"offset": "unknown"})
+
+
+@pytest.mark.parametrize(("X", "Y", "way"), [(0.0, 0.2, "along +Y."), (0.0, -0.2, "along -Y."), (0.2, 0.0, "along +X."),
+                                             (-0.2, 0.0, "along -X."), (0.1, 0.2, "from +X.")])
+def test_a_current_of_which_one_component_shows_is_told_along_that_axis(X, Y, way):
+    current = made("ambient_current", arm(1), current_X=(X,), current_Y=(Y,))
+    assert way in current.statement()
