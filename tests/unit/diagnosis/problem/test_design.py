@@ -6,13 +6,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from campaigns import campaign, planted, recording
+from diagnosed import campaign as diagnosed_campaign
 from diagnosed import hanging
 from rigs import LINKS, arm
 
-from nnhydro.diagnosis.constants import FORM, RELEVANT
+from nnhydro.diagnosis.constants import FORM, RELEVANT, RHO
 from nnhydro.diagnosis.problem.baseline import baseline_of
 from nnhydro.diagnosis.problem.design import design_of, hypotheses_for, relevant_share
 from nnhydro.diagnosis.problem.problem import problem_of
+from nnhydro.diagnosis.problem.stated_friction import design_on
 from nnhydro.effects.effect import REGISTER
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion
@@ -34,6 +36,16 @@ def of(whole=WHOLE, edge=3.0, name="constant"):
 def logged(rate):
     """The same motions and torques logged at `rate`, without noise."""
     return Campaign.of(ARM, [recording(ARM, planted(ARM), f"run{k}", seed=k + 1, rate=rate, seconds=8.0) for k in range(3)])
+
+
+def test_an_effect_may_be_as_large_as_what_the_baseline_leaves_of_a_driven_torque():
+    """A shaft's friction is all of its torque; the calibrated arm leaves noise; of a free pendulum what is left is the scale itself."""
+    shaft, free = (design_on(problem_of(diagnosed_campaign(name)), base)
+                   for name, base in (("shaft, 30 speeds", "rigid"), ("free pendulum", None)))
+    assert shaft.left == pytest.approx(1 / RHO, rel=0.01)
+    assert of().left == pytest.approx(1.0)
+    assert free.undriven
+    assert free.left == pytest.approx(1.0)
 
 
 def test_what_the_true_model_leaves_of_computed_torques_is_a_thousandth_of_them():
