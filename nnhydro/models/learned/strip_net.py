@@ -27,6 +27,7 @@ from nnhydro.models.learned.strip_inputs import StripInputs, arm_columns, drift,
 from nnhydro.physics.flow import Flow
 
 FASTEST = 6.0  # a diameter
+ROWS = 1024  # of a run whose loads are computed at a time
 WIDENING = 3.0  # as in learned.py: a third beyond halves what is used
 
 
@@ -120,11 +121,15 @@ class StripNet:
             return self._step(flow, torch.cat([both, z.speeds], dim=-1), torch.cat(self.lasting(both, z.speeds), dim=-1))
         if flow.motion.steady or len(flow.motion) < 2:
             return self.lasting(both, z.speeds)
-        dt = torch.diff(flow.motion.t, prepend=flow.motion.t[:1])[:, None, None]
+        return self._over_time(z, both, flow.motion.t, self.lasting(both[:1], z.speeds[:1]) if under_way(flow) else None)
+
+    def _over_time(self, z: StripInputs, both: Tensor, t: Tensor, begun: tuple[Tensor, Tensor] | None) -> tuple[Tensor, Tensor]:
+        """The states of rows of a run that begin with those `begun` (1, s, 2 k), real and imaginary part; None: in water at rest."""
+        dt = torch.diff(t, prepend=t[:1])[:, None, None]
         middle, speeds = ((x + x.roll(1, 0)) / 2 for x in (both, z.speeds))  # no step leads to the first row: dt is 0
         keep, turned, re, im = self.increments(middle, speeds * dt)
-        if under_way(flow):
-            re[:1], im[:1] = self.lasting(both[:1], z.speeds[:1])
+        if begun is not None:
+            re[:1], im[:1] = begun
         return real_and_imaginary(recurrence(keep, turned, re, im)[1])
 
     def _step(self, flow: Flow, now: Tensor, lasting: Tensor) -> tuple[Tensor, Tensor]:
@@ -145,6 +150,25 @@ class StripNet:
         re, im = carried.value("strip_net", start, following).mT[..., :size].chunk(2, dim=-1)
         return re, im
 
+    def _loads(self, flow: Flow, z: StripInputs) -> Tensor:
+        """The loads (n, s) (D/s)^2, of a long run ROWS at a time: what lies between stays near the processor."""
+        motion = flow.motion
+        if motion.carried is not None or motion.steady or len(motion) <= ROWS:
+            e, both, r = self.encode(z)
+            return self.load(z, e, r, *self.states(flow, z, both))
+        found: list[Tensor] = []
+        begun: tuple[Tensor, Tensor] | None = None
+        for start in range(0, len(motion), ROWS):
+            rows = slice(max(start - 1, 0), start + ROWS)  # a part begins with the last row of the one before
+            part = StripInputs(*(getattr(z, field.name)[rows] for field in fields(z)))
+            e, both, r = self.encode(part)
+            if not start and under_way(flow):
+                begun = self.lasting(both[:1], part.speeds[:1])
+            re, im = self._over_time(part, both, motion.t[rows], begun)
+            found.append(self.load(part, e, r, re, im)[min(start, 1):])
+            begun = re[-1:], im[-1:]
+        return torch.cat(found)
+
     def validity(self, flow: Flow) -> Tensor:
         """Return how far a net may be used of whose training the base moved slower (n, 1): 1, and towards 0 where it moves faster.
 
@@ -155,9 +179,7 @@ class StripNet:
 
     def torque(self, flow: Flow) -> Tensor:
         """Return the sensor torques (n, joints) N m beside those of the rigid body."""
-        z = StripInputs.of(flow)
-        e, both, r = self.encode(z)
-        load = self.load(z, e, r, *self.states(flow, z, both))
+        load = self._loads(flow, StripInputs.of(flow))
         return sensor_torque(flow, load[..., None])[..., 0] + arm_columns(flow) @ self.body
 
     def arrays(self) -> dict[str, Tensor]:

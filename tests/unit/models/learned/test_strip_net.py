@@ -10,6 +10,7 @@ from strip_nets import SIZE, net, remembering
 
 from nnhydro.deployment.onnx.tracing import trace
 from nnhydro.fitting.network.train import train
+from nnhydro.models.learned import strip_net
 from nnhydro.models.learned.learned import view_of
 from nnhydro.models.learned.strip_inputs import StripInputs, rigid_torque
 from nnhydro.physics.carried import StepMemory
@@ -53,6 +54,16 @@ def test_steps_give_what_the_run_gives(links):
     a, m = arm(links), run(links)
     whole = net(a).torque(Flow(a, m))
     assert torch.allclose(in_steps(net(a), a, m), whole, rtol=0, atol=1e-11 * float(whole.abs().max()))
+
+
+@pytest.mark.parametrize("first", [0, 5], ids=["from rest", "under way"])
+@pytest.mark.parametrize("rows", [1, 7])
+def test_a_long_run_in_parts_gives_what_it_gives_as_a_whole(rows, first, monkeypatch):
+    a, m = arm(2), run(2).rows(slice(first, None))
+    assert len(m) < strip_net.ROWS
+    whole = net(a).torque(Flow(a, m))
+    monkeypatch.setattr(strip_net, "ROWS", rows)
+    assert torch.allclose(net(a).torque(Flow(a, m)), whole, rtol=0, atol=1e-11 * float(whole.abs().max()))
 
 
 def test_a_step_fades_and_turns_the_state_and_adds_what_drives_it_at_half_the_turn():
