@@ -67,7 +67,8 @@ def every_second(folder):
     return folder
 
 
-@pytest.mark.slow(seconds=40)
+@pytest.mark.slow(seconds=30)
+@pytest.mark.usefixtures("brief_memories")
 def test_the_demo_trains_compares_diagnoses_and_reveals_without_a_network(tmp_path, capsys, monkeypatch):
     def refuse(*_: object) -> None:
         raise AssertionError("the demo opened a connection")

@@ -15,7 +15,8 @@ from nnhydro.recordings.splitting import folds, units
 CAMPAIGN = Path(__file__).parents[2] / "datasets" / "rivera_tank"
 
 
-@pytest.mark.slow(seconds=12)
+@pytest.mark.slow(seconds=20)
+@pytest.mark.usefixtures("brief_memories")
 def test_the_hybrid_is_twice_as_good_as_constants_and_the_network_four_times():
     campaign = open_campaign(CAMPAIGN)
     how = campaign.plan()
