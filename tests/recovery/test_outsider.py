@@ -32,12 +32,12 @@ def first(kind):
 
 
 @cache
-def diagnosed(name):
-    """What is diagnosed of a campaign; of one with many recordings, of every third."""
+def diagnosed(name, every=3):
+    """What is diagnosed of a campaign; of one with many recordings, of one in `every`."""
     whole = open_campaign(OUTSIDER / name)
     if len(whole.names) <= MANY:
         return diagnose(whole)
-    return diagnose(Campaign.of(whole.arm, [whole.load(name) for name in whole.names[::3]], whole.steady))
+    return diagnose(Campaign.of(whole.arm, [whole.load(name) for name in whole.names[::every]], whole.steady))
 
 
 def test_a_healthy_arm_by_another_author_is_left_alone():
@@ -50,7 +50,7 @@ def test_a_healthy_arm_by_another_author_is_left_alone():
 @pytest.mark.parametrize("kind", ["friction", "hose", "wake"])
 def test_what_another_author_hid_is_named_at_its_joint_and_nothing_else(kind):
     name, answer = first(kind)
-    findings = diagnosed(name).findings
+    findings = diagnosed(name, 4 if kind == "wake" else 3).findings  # five recordings show a wake, in a fifth of the time of seven
     (hidden,) = answer["hidden"]
     assert len(findings) == 1
     (finding,) = findings
