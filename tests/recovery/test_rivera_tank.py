@@ -15,8 +15,7 @@ from nnhydro.recordings.splitting import folds, units
 CAMPAIGN = Path(__file__).parents[2] / "datasets" / "rivera_tank"
 
 
-@pytest.mark.slow(seconds=20)
-@pytest.mark.usefixtures("brief_memories")
+@pytest.mark.slow(seconds=12)
 def test_the_hybrid_is_twice_as_good_as_constants_and_the_network_four_times():
     campaign = open_campaign(CAMPAIGN)
     how = campaign.plan()
