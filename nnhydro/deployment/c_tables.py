@@ -19,11 +19,13 @@ from typing import Any, Final, final
 import numpy as np
 from numpy.typing import NDArray
 
+from nnhydro.deployment.c_constants import ConstantTables
 from nnhydro.deployment.c_kernels import LANES, ROOTS, columns_product, dense, dots, name_columns_product, name_dots, together
 from nnhydro.deployment.c_places import Places, last_uses
 from nnhydro.deployment.c_runs import Stretch, by_operand, fewest_runs, output_statements, statements, stretches
+from nnhydro.deployment.onnx.choices import Choice, best_choice
 from nnhydro.deployment.onnx.expressions import Program, Row, Value, row_of
-from nnhydro.deployment.onnx.row_blocks import mirror_pairs
+from nnhydro.deployment.onnx.row_blocks import alike_rows, mirror_pairs
 from nnhydro.deployment.onnx.schedule import rounds
 
 LONG: Final = 8  # terms: longer sums over the same atoms go as a matrix
@@ -43,17 +45,13 @@ LOOPS: Final = {"mul": "{0}*{1}", "div": "{0}/{1}", "max": "({0} > {1} ? {0} : {
 @final
 @dataclass
 class Tables:
-    """Collects the C text of a program: `tables` static const arrays, `lines` the statements; `places` tells where in v values lie."""
+    """Collects the C text of a program: `lines` the statements; `places` tells where in v values lie."""
 
     program: Program
-    number: Any  # float -> C literal
-    prefix: str  # of all names
+    constants: ConstantTables
     memory: Places
-    tables: list[str] = field(default_factory=list)
     lines: list[str] = field(default_factory=list)
-    kinds: dict[str, str] = field(default_factory=dict)
     kernels: dict[tuple[str, str], str] = field(default_factory=dict)  # parameters and body -> name
-    _known: dict[tuple[str, bytes], str] = field(default_factory=dict)
 
     @property
     def places(self) -> dict[Row, int]:
@@ -67,20 +65,8 @@ class Tables:
     def copies(self, places: Sequence[int]) -> int:
         """Copy what lies at `places` side by side, for this round; returns the first place."""
         first = self.memory.block(len(places), self.memory.now)
-        self.lines.append(f"for (int i = 0; i < {len(places)}; ++i) v[{first} + i] = v[{self.table(places, True)}[i]];")
+        self.lines.append(f"for (int i = 0; i < {len(places)}; ++i) v[{first} + i] = v[{self.constants.table(places, True)}[i]];")
         return first
-
-    def table(self, values: Sequence[float] | NDArray[np.float64], whole: bool) -> str:
-        """Return the name of a table of integers (`whole`) or reals; equal ones are kept once."""
-        array = np.asarray(values, dtype=np.int64 if whole else np.float64).ravel()
-        key = ("i" if whole else "r", array.tobytes())
-        if key not in self._known:
-            name = f"{self.prefix}{key[0]}{len(self._known)}"
-            kind = "unsigned short" if whole and (not len(array) or array.max() < 65536) else "int" if whole else "real"
-            text = ",".join(str(int(x)) if whole else self.number(float(x)) for x in array)
-            self.tables.append(f"static const {kind} {name}[{len(array)}] = {{{text}}};")
-            self._known[key], self.kinds[name] = name, kind
-        return self._known[key]
 
     def _matrix(self, blocks: Sequence[tuple[Sequence[int | None], int]], W: NDArray[np.float64]) -> None:
         """W x, x being the atoms of each of one or two `blocks`, into the places from the block's number on."""
@@ -99,6 +85,7 @@ class Tables:
     column_products: set[tuple[int, int, str]] = field(default_factory=set)
     dots: set[tuple[int, bool, str, str]] = field(default_factory=set)
     alike: dict[tuple[int | None, ...], list[Row]] = field(default_factory=dict)  # all long rows of the program by their atoms
+    choice: Choice = Choice(())  # what is needed only where a condition holds
 
     def _block(self, atoms: tuple[int | None, ...], rows: list[Row]) -> None:
         """Rows over the same atoms."""
@@ -131,9 +118,9 @@ class Tables:
         high = together(m, vectors)
         W = np.zeros((-(-m // high) * high, k))
         W[:m] = [[c for _, c in row] for row in blocks[0][1]]
-        table, starts = self.table(W.reshape(-1, high, k).transpose(0, 2, 1), False), self.table(at[:, 0], True)
-        self.column_products.add((vectors, high, self.kinds[starts]))
-        kernel = name_columns_product(vectors, high, self.kinds[starts])
+        table, starts = self.constants.table(W.reshape(-1, high, k).transpose(0, 2, 1), False), self.constants.table(at[:, 0], True)
+        self.column_products.add((vectors, high, self.constants.kinds[starts]))
+        kernel = name_columns_product(vectors, high, self.constants.kinds[starts])
         for part in columns:
             self.lines.append(f"{kernel}(v + {part[0]}, {starts}, {k}, {table}, v + {first + part[0]}, {g}, {m}, {len(part) - PAD});")
 
@@ -142,7 +129,7 @@ class Tables:
         for part in np.array_split(np.arange(len(W)), -(-len(W) // most)):
             padded = np.zeros((-(-len(part) // PAD) * PAD, W.shape[1]))
             padded[:len(part)] = W[part]
-            yield int(part[0]), self.table(padded.T, False), len(padded), len(part)
+            yield int(part[0]), self.constants.table(padded.T, False), len(padded), len(part)
 
     def sums(self, wanted: Sequence[Row]) -> None:
         """Compute every row in `wanted` that is not there yet."""
@@ -150,8 +137,8 @@ class Tables:
         by_atoms: dict[tuple[int | None, ...], list[Row]] = defaultdict(list)
         for row in fresh:
             atoms = tuple(k for k, _ in row)
-            by_atoms[atoms] = [other for other in self.alike[atoms] if other not in self.places] if len(atoms) > LONG else [
-                *by_atoms[atoms], row]
+            by_atoms[atoms] = [other for other in self.alike[atoms] if other not in self.places and (other in self.choice.rows) == (
+                row in self.choice.rows)] if len(atoms) > LONG else [*by_atoms[atoms], row]
         short, alike = [], dict[tuple[Any, bytes], list[tuple[tuple[int | None, ...], list[Row]]]]()
         for atoms, rows in by_atoms.items():
             if len(atoms) > LONG:
@@ -196,14 +183,27 @@ class Tables:
                 continue
             weights = {tuple(c for _, c in row): None for row in part}
             begins = {c: width * k for k, c in enumerate(weights)}
-            which = self.table([begins[tuple(c for _, c in row)] for row in part], True)
-            places = self.table([p for row in part for p in at[row][:1 if sort else width]], True)
-            kind = (width, sort, self.kinds[which], self.kinds[places])
+            which = self.constants.table([begins[tuple(c for _, c in row)] for row in part], True)
+            places = self.constants.table([p for row in part for p in at[row][:1 if sort else width]], True)
+            kind = (width, sort, self.constants.kinds[which], self.constants.kinds[places])
             self.dots.add(kind)
-            c, first = self.table([x for c in weights for x in c], False), self.slots(part)
+            c, first = self.constants.table([x for c in weights for x in c], False), self.slots(part)
             self.lines.append(f"{name_dots(*kind)}(v, v + {first}, {len(part)}, {c}, {which}, {places});")
 
     def round(self, kinds: dict[str, list[int]]) -> None:
+        """Compute the atoms `kinds` {kind: atoms}, those of a choice where it is made."""
+        always, chosen = ({kind: part for kind, atoms in kinds.items() if (part := [k for k in atoms if (k in self.choice.atoms) == taken])}
+                          for taken in (False, True))
+        self._operations(always)
+        if chosen:
+            rows = [row_of(x) for atoms in chosen.values() for k in atoms for x in self.program.atoms[k].operands]
+            self.sums([row for row in rows if row not in self.choice.rows])
+            before, self.lines = self.lines, []
+            self._operations(chosen)
+            place = self.places.get(self.choice.condition)
+            self.lines = [*before, *(self.lines if place is None else [f"if (v[{place}] > R(0.5)) {{", *self.lines, "}"])]
+
+    def _operations(self, kinds: dict[str, list[int]]) -> None:
         """Compute the atoms `kinds` {kind: atoms}."""
         operands = {k: [row_of(x) for x in self.program.atoms[k].operands] for atoms in kinds.values() for k in atoms}
         self.sums([operands[k][slot] for atoms in kinds.values() for slot in range(max(len(operands[k]) for k in atoms))
@@ -233,7 +233,8 @@ class Tables:
         start, stop, width, steps = stretch
         n, alone = stop - start, width == stop - start
         if n <= WRITTEN:
-            self.lines += statements(at, [[self.number(c) for c in weight] for weight in weights], first, range(start, stop), text)
+            factors = [list(map(self.constants.number, weight)) for weight in weights]
+            self.lines += statements(at, factors, first, range(start, stop), text)
             return
         known, given = [], []
         for k, places in enumerate(at):
@@ -241,15 +242,14 @@ class Tables:
                 known.append((f"const real *RESTRICT p{k}", f"v + {places[start]}"))
                 given.append(f"p{k}[{'i' if steps[k] else '0'}]")
                 continue
-            table = self.table(places[start:stop:width], True)
-            known.append((f"const {self.kinds[table]} *RESTRICT p{k}", table))
+            table = self.constants.table(places[start:stop:width], True)
+            known.append((f"const {self.constants.kinds[table]} *RESTRICT p{k}", table))
             given.append(f"v[p{k}[i]]" if width == 1 else f"v[p{k}[r]{' + i' if steps[k] else ''}]")
         place = "i" if alone or width == 1 else f"{width}*r + i"
         for k, weight in enumerate(weights):
-            factors = weight[start:stop]
-            alike = len(set(factors)) == 1
-            known.append((f"real c{k}", self.number(factors[0])) if alike else (f"const real *RESTRICT c{k}", self.table(factors, False)))
-            given[k] = f"c{k}{'' if alike else f'[{place}]'}*{given[k]}"
+            parameter, factor = self.constants.weights(k, weight[start:stop], 1 if alone else width, place)
+            known.append(parameter)
+            given[k] = f"{factor}*{given[k]}"
         few = f"for (int i = 0; i < {width}; ++i)" if 1 < width <= FIXED else "for (int i = 0; i < n; ++i)"
         head = few if alone or width == 1 else f"for (int r = 0; r < n; ++r) {{ {few.replace('< n', f'< {width}')}"
         body = f"    (void)v; (void)n; {head} y[{place}] = {text.format(*given)};{'' if alone or width == 1 else ' ROW; }'}"
@@ -263,25 +263,16 @@ class Tables:
         """Statements for maxima or minima over several values."""
         sign = ">" if kind == "maxof" else "<"
         for k in atoms:
-            table, first = self.table([self.places[row] for row in operands[k]], True), self.slots([((k, 1.0),)])
+            table, first = self.constants.table([self.places[row] for row in operands[k]], True), self.slots([((k, 1.0),)])
             self.lines.append(f"{{ real s = v[{table}[0]]; for (int i = 1; i < {len(operands[k])}; ++i) s = v[{table}[i]] {sign} s ? "
                               f"v[{table}[i]] : s; v[{first}] = s; }}")
 
 
-def _alike(program: Program, outputs: Sequence[Value]) -> dict[tuple[int | None, ...], list[Row]]:
-    """Every long row of the program by its atoms: those over the same atoms are one matrix, whenever each is needed."""
-    found: dict[tuple[int | None, ...], dict[Row, None]] = defaultdict(dict)
-    needed = [x for k in sorted(program.dependencies(list(outputs))) for x in program.atoms[k].operands]
-    for row in map(row_of, [*needed, *outputs]):
-        if len(row) > LONG:
-            found[tuple(k for k, _ in row)][row] = None
-    return {atoms: list(rows) for atoms, rows in found.items()}
-
-
 def table_program(program: Program, outputs: Sequence[Value], number: Any, prefix: str, name: str) -> tuple[list[str], str]:
     """Return the tables of a program as C, and the function {at}`name`(in, out) with what it calls; {at} begins each of their names."""
-    planned = rounds(program, list(outputs))
-    made = Tables(program, number, prefix, Places(last_uses(program, planned, outputs)), alike=_alike(program, outputs))
+    planned, choice = rounds(program, list(outputs)), best_choice(program, outputs) or Choice(())
+    made = Tables(program, ConstantTables(number, prefix), Places(last_uses(program, planned, outputs)), choice=choice,
+                  alike=alike_rows(program, outputs, LONG))
     made.slots([((k, 1.0),) for k in range(program.n_inputs)])
     made.slots([((None, 1.0),)])
     for kinds in planned:
@@ -297,4 +288,4 @@ def table_program(program: Program, outputs: Sequence[Value], number: Any, prefi
              for (known, body), kernel in made.kernels.items()]
     end = list(output_statements([made.places[row] for row in rows]))
     whole = "\n    ".join([f"static NOINLINE void {{at}}{name}(const real *in, real *out) {{", *begin, *made.lines, *end])
-    return made.tables, "\n".join([LANES, ROOTS, *products, *loops, f"{whole}\n}}", "#undef LANES"])
+    return made.constants.tables, "\n".join([LANES, ROOTS, *products, *loops, f"{whole}\n}}", "#undef LANES"])

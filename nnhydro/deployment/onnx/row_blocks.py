@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from nnhydro.deployment.onnx.expressions import Array, Row
+from nnhydro.deployment.onnx.expressions import Array, Program, Row, Value, row_of
 
 Atoms = tuple[int | None, ...]  # None: the constant 1
 
@@ -55,3 +55,13 @@ def mirror_pairs(W: Array) -> tuple[list[tuple[int, int]], Array] | None:
     signs = np.array([np.sign(W[a] * W[b]) for a, b in pairs])
     s = np.where((signs >= 0).all(axis=0), 1.0, -1.0)
     return (pairs, s) if (s < 0).any() and ((signs == s) | (signs == 0)).all() else None
+
+
+def alike_rows(program: Program, outputs: Sequence[Value], long: int) -> dict[Atoms, list[Row]]:
+    """Return every row of more than `long` terms of the program by its atoms: over the same atoms they are one matrix."""
+    found: dict[Atoms, dict[Row, None]] = defaultdict(dict)
+    needed = [x for k in sorted(program.dependencies(list(outputs))) for x in program.atoms[k].operands]
+    for row in map(row_of, [*needed, *outputs]):
+        if len(row) > long:
+            found[tuple(k for k, _ in row)][row] = None
+    return {atoms: list(rows) for atoms, rows in found.items()}

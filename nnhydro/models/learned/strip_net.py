@@ -82,18 +82,22 @@ class StripNet:
         rate = FASTEST * torch.sigmoid(torch.cat([e**2, r[..., :1]], dim=-1) @ self.gate + self.gate_bias)
         return e, torch.cat([rate, e @ self.drive], dim=-1), r
 
-    def increments(self, middle: Tensor, way: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-        """Return what a step keeps and what it adds, each real and imaginary, (n, s, 2 k).
+    def half_turns(self, middle: Tensor, way: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor, Tensor]:
+        """Return what a step keeps, cosine and sine of half its turn, and what states fade to, real and imaginary, (n, s, 2 k).
 
         middle (n, s, 5 k) are rate and d in mid step, way (n, s, 2) its dsigma and ds in diameters.
         """
         k = len(self.theta)
         rate, re, im, place = torch.split(middle, [2 * k, k, k, k], dim=-1)
         dsigma, ds = way[..., :1], way[..., 1:]
-        keep, half = torch.exp(-rate * dsigma), torch.cat([self.theta / 2 * dsigma, self.kappa / 2 * ds], dim=-1)
-        cos, sin = torch.cos(half), torch.sin(half)
-        c, s = (1 - keep) * cos, (1 - keep) * sin
+        half = torch.cat([self.theta / 2 * dsigma, self.kappa / 2 * ds], dim=-1)
         real, imaginary = torch.cat([re, place], dim=-1), torch.cat([im, torch.zeros_like(place)], dim=-1)
+        return torch.exp(-rate * dsigma), torch.cos(half), torch.sin(half), real, imaginary
+
+    def increments(self, middle: Tensor, way: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+        """Return what a step keeps and what it adds, each real and imaginary, (n, s, 2 k), of the same as `half_turns`."""
+        keep, cos, sin, real, imaginary = self.half_turns(middle, way)
+        c, s = (1 - keep) * cos, (1 - keep) * sin
         return keep * (1 - 2 * sin**2), 2 * keep * sin * cos, c * real - s * imaginary, s * real + c * imaginary
 
     def load(self, z: StripInputs, e: Tensor, r: Tensor, re: Tensor, im: Tensor) -> Tensor:
@@ -144,8 +148,10 @@ class StripNet:
             """Return states, rates and speeds a step after `old`, (n, size + 5 k + 2, s): strips side by side, for fast exports."""
             (re, im), before = old.mT[..., :size].chunk(2, dim=-1), old.mT[..., size:]
             middle = (now + before) / 2
-            cos, sin, more_re, more_im = self.increments(middle[..., :-2], middle[..., -2:] * carried.steps(3))
-            return torch.cat([cos * re - sin * im + more_re, sin * re + cos * im + more_im, now], dim=-1).mT
+            keep, cos, sin, real, imaginary = self.half_turns(middle[..., :-2], middle[..., -2:] * carried.steps(3))
+            lag, turned = cos * re - sin * im - real, sin * re + cos * im - imaginary  # half a turn, less what it fades to
+            there, aside = real + keep * lag, imaginary + keep * turned
+            return torch.cat([cos * there - sin * aside, sin * there + cos * aside, now], dim=-1).mT
 
         re, im = carried.value("strip_net", start, following).mT[..., :size].chunk(2, dim=-1)
         return re, im

@@ -99,3 +99,20 @@ def test_long_sums_alone_and_alike_are_those_of_a_matrix_product(monkeypatch, fa
     native.given[:] = x
     want = [w @ x[list(places)] for places, w in zip(at, weights, strict=True)]
     np.testing.assert_allclose(native(), want, rtol=1e-12, atol=1e-13)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_what_only_one_side_of_a_choice_needs_is_computed_where_it_is_chosen(sign, tmp_path, monkeypatch):
+    monkeypatch.setattr(c_program, "MANY", 0)
+    n, rng = 40, np.random.default_rng(0)
+    W, x = rng.standard_normal((n, n)), rng.standard_normal(n)
+    program = Program(n + 1)
+    first = program.apply("positive", program.input(n))
+    mixed = [program.unary("tanh", combine([(c, program.input(k)) for k, c in enumerate(row)])) for row in W]
+    beside = [combine([(1.0, y), (2.0, program.input(k))]) for k, y in enumerate(mixed)]  # both sides need these sums
+    outputs = [program.where(first, program.unary("exp", y), y) for y in beside]
+    text = c_function("void run", program, outputs, "double")
+    assert "if (v[" in text
+    want = np.tanh(W @ x) + 2 * x
+    got = in_c(tmp_path, program, outputs)(np.append(x, sign))
+    np.testing.assert_allclose(got, np.exp(want) if sign > 0 else want, rtol=1e-12)
