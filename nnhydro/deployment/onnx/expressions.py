@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+SPREADING: Final = ("same", "mul", "abs", "sqrt", "pow", "exp", "log", "max", "maxof", "floor", "ceil")  # infinite where an operand is
 MANY: Final = 8  # terms: a longer sum is kept before it is multiplied by a number, where sums are kept at all
 
 
@@ -228,3 +229,21 @@ def as_cells(values: Sequence[Any], shape: tuple[int, ...]) -> NDArray[np.object
     out = np.empty(len(values), dtype=object)
     out[:] = values
     return out.reshape(shape)
+
+
+def infinite_atoms(program: Program) -> set[int]:
+    """Return the atoms that may be infinite: chosen by a `where` from a constant that is, and what is made of these.
+
+    As the travel of a link that has moved for ever: they enter no matrix with zeros.
+    """
+    found: set[int] = set()
+
+    def may_be(x: Value, least: float = -np.inf) -> bool:
+        return any(c > least and (k in found or (k is None and np.isinf(c))) for k, c in row_of(x))
+
+    for number, atom in enumerate(program.atoms):
+        wild = [may_be(x, 0.0 if atom.kind == "exp" else -np.inf) for x in atom.operands]  # exp of minus infinity is 0
+        if {"where": any(wild[1:]), "div": any(wild[:1]), "min": all(wild), "minof": all(wild)}.get(
+                atom.kind, atom.kind in SPREADING and any(wild)):
+            found.add(number)
+    return found

@@ -2,21 +2,23 @@
 
 Every round of the schedule (schedule.py) becomes: its operands, all linear combinations of what is known, and one operation a kind. Where
 the matrix is small, one product gives all operands at once; where it is not, long sums over the same atoms go as matrices of their own, the
-others as gathered terms, weighed and added, those of about the same length together. A node costs about half a microsecond however small
-it is: few nodes mean speed. Values that nobody asks for any more are left behind, so that what is joined stays short. What may be infinite
+others as gathered terms, weighed and added, those of about the same length together. A node costs some 0.3 microseconds however small
+it is: few nodes mean speed. Values that nobody asks for soon are left behind, so that what is joined stays short. What may be infinite
 (the travel of a link that has moved for ever) enters no matrix with zeros: 0 times infinity is no number.
 """
 
+import math
+from bisect import bisect_left
 from collections import defaultdict
 from collections.abc import Iterable, Sequence, Set
-from itertools import islice
+from itertools import chain, islice
 from typing import Any, final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.deployment.onnx.clipping import with_clips
-from nnhydro.deployment.onnx.expressions import Array, Program, Row, Value, as_cells, row_of
+from nnhydro.deployment.onnx.expressions import Array, Program, Row, as_cells, infinite_atoms, row_of
 from nnhydro.deployment.onnx.row_blocks import Atoms, alike_in_length, mirror_pairs, row_blocks
 from nnhydro.deployment.onnx.schedule import rounds
 
@@ -25,27 +27,11 @@ OPS = {"mul": "Mul", "div": "Div", "max": "Max", "min": "Min", "pow": "Pow", "ab
        "floor": "Floor", "ceil": "Ceil", "sigmoid": "Sigmoid", "maxof": "ReduceMax", "minof": "ReduceMin"}
 TESTS = {"positive": "Greater", "zero": "Equal"}
 CLIPS = {"clip": (-1.0, 1.0), "unit": (0.0, 1.0)}
-SPREADING = ("same", "mul", "abs", "sqrt", "pow", "exp", "log", "max", "maxof", "floor", "ceil")  # infinite where an operand is
-LONG = 12  # terms: longer sums over the same atoms go as a matrix
-# microseconds of onnxruntime 1.32 on one x86-64 core, to choose between equal ways: a node, an element gathered, added or copied by a
-# joint, a multiplication in a matrix
-NODE, ELEMENT, COPIED, TIMES = 0.5, 0.0008, 0.00025, {8: 3.6e-4, 4: 1e-4}
+LONG = 4  # terms: longer sums over the same atoms may go as a matrix
+SOON = 8  # rounds: what is asked for later is left behind
+# microseconds of onnxruntime 1.32 on x86-64: a node, an element gathered, added or copied by a joint, a multiplication in a matrix
+NODE, ELEMENT, COPIED, TIMES = 0.25, 0.0008, 0.00025, {8: 2.6e-4, 4: 6e-5}
 Place = tuple[int, int]  # chunk and position in it
-
-
-def infinite_atoms(program: Program) -> set[int]:
-    """Return the atoms that may be infinite: chosen by a `where` from a constant that is, and what is made of these."""
-    found: set[int] = set()
-
-    def may_be(x: Value, least: float = -np.inf) -> bool:
-        return any(c > least and (k in found or (k is None and np.isinf(c))) for k, c in row_of(x))
-
-    for number, atom in enumerate(program.atoms):
-        wild = [may_be(x, 0.0 if atom.kind == "exp" else -np.inf) for x in atom.operands]  # exp of minus infinity is 0
-        if {"where": any(wild[1:]), "div": any(wild[:1]), "min": all(wild), "minof": all(wild)}.get(
-                atom.kind, atom.kind in SPREADING and any(wild)):
-            found.add(number)
-    return found
 
 
 @final
@@ -60,8 +46,8 @@ class Graph:
         self.constants: dict[tuple[Any, ...], Any] = {}
         self.chunks: list[tuple[str, list[Row]]] = []
         self.places: dict[Row, Place] = {}
-        self.last: dict[Row, int] = {}  # round in which a value is asked for last
-        self.now = self.end = 0
+        self.uses: dict[Row, list[int]] = defaultdict(list)  # rounds in which a value is asked for
+        self.now = 0
 
     def constant(self, values: Any, dtype: Any = None) -> str:
         """Return the name of an initializer with `values`; equal ones are kept once."""
@@ -84,25 +70,38 @@ class Graph:
         self.chunks.append((name, list(rows)))
 
     def plan(self, wanted: Sequence[Iterable[Row]]) -> None:
-        """Note when each value is asked for last, given the sums that are operands in each round."""
+        """Note when each value is asked for, given the sums that are operands in each round."""
         made: set[Row] = set()
         for number, rows in enumerate(wanted):
             for row in rows:
-                parts = [] if row in made else [((k, 1.0),) for k, _ in row]
-                self.last.update(dict.fromkeys((row, *parts), number))
+                for part in (row, *([] if row in made else [((k, 1.0),) for k, _ in row])):
+                    self.uses[part].append(number)
                 made.add(row)
-        self.end = len(wanted)
+
+    def _due(self, row: Row) -> float:
+        """The round, from now on, in which a value is asked for next; infinite: never."""
+        uses = self.uses.get(row, [])
+        return next(iter(uses[bisect_left(uses, self.now):]), math.inf)
+
+    def _due_soon(self, c: int) -> int:
+        """The number of a chunk with all that is asked for soon of chunk `c`: `c` itself, or a shorter one where that pays."""
+        name, rows = self.chunks[c]
+        soon = [p for p, row in enumerate(rows) if self.places.get(row) == (c, p) and self._due(row) <= self.now + SOON]
+        if 2 * COPIED * (len(rows) - len(soon)) < NODE + ELEMENT * len(soon):
+            return c
+        shorter = self._elements(name, soon)
+        for p in soon:
+            del self.places[rows[p]]
+        self.chunk(shorter, [rows[p] for p in soon])
+        return len(self.chunks) - 1
 
     def _merge_chunks(self, used: Sequence[int]) -> None:
-        """Join chunks to one, which stands for them from now on, without the values that nobody asks for any more where that pays."""
-        name, rows = str(self.node("Concat", [self.chunks[c][0] for c in used], axis=0)), [row for c in used for row in self.chunks[c][1]]
-        current = [self.places.get(row) == (c, p) for c in used for p, row in enumerate(self.chunks[c][1])]
-        remaining = [i for i, row in enumerate(rows) if current[i] and self.last.get(row, -1) >= self.now]
-        for row in (row for row, mine in zip(rows, current, strict=True) if mine):
-            del self.places[row]
-        if COPIED * (len(rows) - len(remaining)) * (1 + self.end - self.now) > NODE + ELEMENT * len(remaining):
-            name, rows = self._elements(name, remaining), [rows[i] for i in remaining]
-        self.chunk(name, rows)
+        """Join chunks, each without what is not asked for soon where that pays, to one that stands for them from now on."""
+        names, parts = zip(*(self.chunks[c] for c in map(self._due_soon, used)), strict=True)
+        rows = list(chain.from_iterable(parts))
+        for row in rows:
+            self.places.pop(row, None)
+        self.chunk(str(self.node("Concat", names, axis=0)), rows)
 
     def _elements(self, source: str, index: Sequence[int]) -> str:
         return str(self.node("GatherElements", [source, self.constant(index, np.int32)], axis=0))
@@ -126,13 +125,23 @@ class Graph:
 
     def combine(self, wanted: Iterable[Row]) -> None:
         """Compute every linear combination in `wanted` that is not there yet."""
-        blocks, short = row_blocks(dict.fromkeys(row for row in wanted if row not in self.places), LONG)
+        blocks, short = self._blocks(dict.fromkeys(row for row in wanted if row not in self.places))
         for (k, m), full in blocks.items():
             self._product(list(full), list(full.values()), k, m)
         wild = [row for row in short if self._wild(row)]
         for rows in alike_in_length([row for row in short if not self._wild(row)], 3.5 * NODE, 2 * ELEMENT):
             self._sums(rows)
         self._sums(wild, whole=False)
+
+    def _blocks(self, rows: Iterable[Row]) -> tuple[dict[tuple[int, int], dict[Atoms, list[Row]]], list[Row]]:
+        """Rows over the same atoms, by size, that take less time as matrices than term by term; and all others."""
+        blocks, short = row_blocks(rows, LONG)
+        dear = {size for size, full in blocks.items() if self._products_cost(*size, len(full)) > 2 * ELEMENT * math.prod(size) * len(full)}
+        short += [row for size in dear for alike in blocks[size].values() for row in alike]
+        return {size: full for size, full in blocks.items() if size not in dear}, short
+
+    def _products_cost(self, k: int, m: int, count: int) -> float:
+        return 4 * NODE + count * (ELEMENT + TIMES[self.dtype.itemsize] * m) * k
 
     def _wild(self, row: Row) -> bool:
         return any(k in self.infinite for k, _ in row)
@@ -222,9 +231,9 @@ class Graph:
         rows = [row for vector in vectors for row in vector]
         fresh = dict.fromkeys(row for row in rows if row not in self.places)
         known = {k for row in rows for k, _ in row}
-        atoms, there = len(known), all(self.last.get(((k, 1.0),), -1) >= self.now for k in known)  # of sums known already they may be gone
-        blocks, short = row_blocks(fresh, LONG)
-        products = sum(4 * NODE + len(full) * (ELEMENT + TIMES[self.dtype.itemsize] * m) * k for (k, m), full in blocks.items())
+        atoms, there = len(known), all(self._due(((k, 1.0),)) < math.inf for k in known)  # of sums known already they may be gone
+        blocks, short = self._blocks(fresh)
+        products = sum(self._products_cost(*size, len(full)) for size, full in blocks.items())
         staged = (4 * NODE + ELEMENT * (len(rows) + sum(map(len, short))) + products + min(2.0, self._dense_cost(atoms, len(fresh))))
         if fresh and there and self._dense_cost(atoms, len(rows)) < staged and not any(map(self._wild, rows)):
             whole = self._dense(rows)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from nnhydro.deployment.onnx.expressions import Program, add, combine, row_of, scale, sub
+from nnhydro.deployment.onnx.expressions import Program, add, combine, infinite_atoms, row_of, scale, sub
 
 
 def test_equal_products_are_made_once_and_constants_folded():
@@ -55,3 +55,13 @@ def test_the_terms_of_a_row_begin_with_its_constant():
     program = Program(2)
     assert row_of(combine([(2.0, program.input(1)), (3.0, program.input(0)), (1.0, 5.0)])) == ((None, 5.0), (0, 3.0), (1, 2.0))
     assert row_of(4) == ((None, 4.0),)
+
+
+def test_atoms_that_may_be_infinite_are_known():
+    p = Program(2)
+    x, y = p.input(0), p.input(1)
+    ever = p.where(p.apply("positive", x), np.inf, y)
+    wild = [ever, p.apply("mul", ever, x), p.apply("max", ever, x), p.apply("exp", ever)]
+    tame = [p.apply("min", ever, 5.0), p.apply("div", 1.0, ever), p.apply("exp", p.mul(-1.0, ever)), p.apply("positive", ever)]
+    assert infinite_atoms(p) == {k for value in wild for k in value.terms}
+    assert not infinite_atoms(p) & {k for value in tame for k in value.terms}

@@ -1,20 +1,10 @@
-"""The graph: atoms that may be infinite stand alone."""
+"""The graph: what may be infinite stands alone, and what is asked for late is left behind."""
 
 import numpy as np
 import pytest
 
-from nnhydro.deployment.onnx.expressions import Program, add
-from nnhydro.deployment.onnx.onnx_graph import infinite_atoms, onnx_model
-
-
-def test_atoms_that_may_be_infinite_are_known():
-    p = Program(2)
-    x, y = p.input(0), p.input(1)
-    ever = p.where(p.apply("positive", x), np.inf, y)
-    wild = [ever, p.apply("mul", ever, x), p.apply("max", ever, x), p.apply("exp", ever)]
-    tame = [p.apply("min", ever, 5.0), p.apply("div", 1.0, ever), p.apply("exp", p.mul(-1.0, ever)), p.apply("positive", ever)]
-    assert infinite_atoms(p) == {k for value in wild for k in value.terms}
-    assert not infinite_atoms(p) & {k for value in tame for k in value.terms}
+from nnhydro.deployment.onnx.expressions import Program, add, combine
+from nnhydro.deployment.onnx.onnx_graph import onnx_model
 
 
 @pytest.mark.parametrize("given", [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)])
@@ -28,3 +18,32 @@ def test_sums_with_something_infinite_are_not_lost_to_their_neighbours(given):
     made = onnx_model(p, {"x": (4,)}, {"y": np.array(ends, dtype=object)}, np.float64, 17, {})
     (got,) = onnxruntime.InferenceSession(made.SerializeToString(), providers=["CPUExecutionProvider"]).run(None, {"x": [*given, 0.5, 0.7]})
     np.testing.assert_allclose(got, [5.0 if given[0] > 0 else 1.0, 5.0 if given[1] > 0 else 1.4, 1.2])
+
+
+def test_what_is_asked_for_late_is_not_copied_before():
+    import onnxruntime
+
+    late, rng = 3000, np.random.default_rng(0)
+    p = Program(late + 2)
+    y = p.unary("tanh", add(p.input(late), p.input(late + 1)))
+    for _ in range(12):
+        y = p.unary("tanh", add(p.mul(y, y), p.input(late)))
+    made = onnx_model(p, {"x": (late,), "y": (2,)}, {"z": np.array([p.mul(y, p.input(k)) for k in range(late)])}, np.float64, 17, {})
+    joined = [node for node in made.graph.node if node.op_type == "Concat"]
+    assert len([node for node in joined if "x" in node.input]) == 1
+    given = {"x": rng.standard_normal(late), "y": rng.standard_normal(2)}
+    want = np.tanh(given["y"].sum())
+    for _ in range(12):
+        want = np.tanh(want**2 + given["y"][0])
+    (got,) = onnxruntime.InferenceSession(made.SerializeToString(), providers=["CPUExecutionProvider"]).run(None, given)
+    np.testing.assert_allclose(got, want * given["x"])
+
+
+@pytest.mark.parametrize(("sets", "matrices"), [(20, 1), (1, 0)])
+def test_a_law_of_nine_terms_on_many_strips_is_one_product_and_a_few_such_sums_are_none(sets, matrices):
+    rng, p = np.random.default_rng(0), Program(9 * sets)
+    W = rng.standard_normal((40 if sets > 1 else 2, 9))
+    sums = [combine([(c, p.input(9 * s + k)) for k, c in enumerate(row)]) for s in range(sets) for row in W]
+    made = onnx_model(p, {"x": (9 * sets,)}, {"y": np.array([p.unary("tanh", x) for x in sums])}, np.float64, 17, {})
+    assert [node.op_type for node in made.graph.node if node.op_type in ("MatMul", "ReduceSum")] == ["MatMul"]
+    assert sum(len(x.dims) == 2 and list(x.dims) == [9, 40] for x in made.graph.initializer) == matrices
