@@ -83,21 +83,17 @@ class Graph:
         uses = self.uses.get(row, [])
         return next(iter(uses[bisect_left(uses, self.now):]), math.inf)
 
-    def _due_soon(self, c: int) -> int:
-        """The number of a chunk with all that is asked for soon of chunk `c`: `c` itself, or a shorter one where that pays."""
+    def _due_soon(self, c: int) -> tuple[str, list[Row]]:
+        """The vector of chunk `c` with what it holds, or a shorter one of what is asked for soon where that pays."""
         name, rows = self.chunks[c]
         soon = [p for p, row in enumerate(rows) if self.places.get(row) == (c, p) and self._due(row) <= self.now + SOON]
         if 2 * COPIED * (len(rows) - len(soon)) < NODE + ELEMENT * len(soon):
-            return c
-        shorter = self._elements(name, soon)
-        for p in soon:
-            del self.places[rows[p]]
-        self.chunk(shorter, [rows[p] for p in soon])
-        return len(self.chunks) - 1
+            return name, rows
+        return self._elements(name, soon), [rows[p] for p in soon]
 
     def _merge_chunks(self, used: Sequence[int]) -> None:
         """Join chunks, each without what is not asked for soon where that pays, to one that stands for them from now on."""
-        names, parts = zip(*(self.chunks[c] for c in map(self._due_soon, used)), strict=True)
+        names, parts = zip(*map(self._due_soon, used), strict=True)
         rows = list(chain.from_iterable(parts))
         for row in rows:
             self.places.pop(row, None)
