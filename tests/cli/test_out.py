@@ -123,6 +123,7 @@ def test_a_file_of_somebodys_own_is_not_replaced(place, name, file, victim, tmp_
 def test_a_mujoco_file_of_somebodys_own_is_not_replaced(place, tmp_path, capsys):
     (tmp_path / "arm.xml").write_text("mine")
     refused(capsys, ["export", place / "model", "--format", "mujoco", "--out", tmp_path / "arm.xml"], "arm.xml", "did not write it")
+    assert (tmp_path / "arm.xml").read_text() == "mine"
 
 
 def test_a_file_that_lies_where_a_training_keeps_its_state_is_not_removed(place, tmp_path, capsys):
@@ -233,3 +234,5 @@ def test_a_training_never_replaces_the_model_that_it_builds_on(place, tmp_path, 
     shutil.copytree(place / "model", tmp_path / "model")
     (tmp_path / "config.toml").write_text(f"baseline = '{tmp_path / 'model'}'\n")
     refused(capsys, ["train", place / "campaign", "--config", tmp_path / "config.toml", "--out", tmp_path / "model"], "would be lost")
+    same = {file.name: file.read_bytes() for file in (place / "model").iterdir()}
+    assert {file.name: file.read_bytes() for file in (tmp_path / "model").iterdir()} == same
