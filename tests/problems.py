@@ -178,3 +178,13 @@ def with_values(beta, seed=0, groups=8, rows=30, noise=1.0, laws=None, scale=1.0
     of.y = of.y + each[:, None] / scale * X[..., 0]
     one = search(of, laws, X, level=noise**2)
     return Search(WeightedLibrary(one.whitened, Library(of, tuple(laws), (X,), np.full(X.shape[2], scale))), one.start)
+
+
+def special_beside_plain(sense):
+    """A search in which a special law of two values fits much better than the plain one of its family, and the set with it."""
+    of = design(0, groups=8, rows=30)
+    X = np.random.default_rng(50).standard_normal((*of.y.shape, 3))
+    of.y = of.y + X @ [0.0, 1.0, 1.0]
+    X[..., 0] = X[..., 1] + 0.3 * X[..., 2]
+    one = search(of, (law("plain", family="friction"), law("special", 2, family="friction", sense=sense)), X)
+    return one, one.score((1,))

@@ -5,13 +5,12 @@ A constant that one module alone uses stands there, with its reason.
 
 RHO = 0.3  # prior standard deviation of an effect in shares of the torque, at least: all that the baseline leaves, where that is more
 FORM = 0.1  # relative model error of any effect: published laws of one effect differ by a tenth in form
-LATE = 0.015  # s: timing error of any effect, the delay of an ordinary motor drive's filter
 NU = 8.0  # prior observations that pull a noise level towards its neighbours: eight determine a variance to a factor of 2
 SMALLEST_SIZE = 1e-3  # share of the torque below which an unknown counts as none
 MOST_EFFECTS = 6  # most effects in one campaign: a longer list of causes is no explanation
 LEAVES = 0.5  # share of the nats to explain that a law may leave to the unknown: true laws leave less than 0.3, similar ones more
 FEW_NATS = 10.0  # nats of the unknown below which nothing is left to explain
-BASELINE_FORM = 0.002  # relative model error of the baseline's own torque: strips and interpolation differ by as much
+MODEL_ERROR = 0.002  # relative error of any computed torque that no smooth law holds: strips and interpolation differ by as much
 LEAST_GAIN = 3.0  # nats (odds of 20) of a claim against the set without it, prior included; closer rivals cannot be distinguished
 NULL_QUANTILE = 0.99  # quantile of the largest gain in campaigns drawn without the effect
 NULL_DRAWS = 200  # campaigns drawn, so that the 99 % point is known to about half a nat

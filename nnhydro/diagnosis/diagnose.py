@@ -16,9 +16,10 @@ from nnhydro.diagnosis.corrected_model import corrected_model, trained_on, with_
 from nnhydro.diagnosis.decision.decide import Claims, decide, withdraw_useless
 from nnhydro.diagnosis.decision.heldout_errors import HeldoutErrors, noise_error
 from nnhydro.diagnosis.decision.other_bands import FACTORS, OtherBand, claims_at
+from nnhydro.diagnosis.decision.special_laws import replace_special_laws
 from nnhydro.diagnosis.experiment.proposal import Proposal, next_experiment
 from nnhydro.diagnosis.experiment.rig_limits import Limits
-from nnhydro.diagnosis.findings.equivalence import replace_by_simpler, replace_special_laws
+from nnhydro.diagnosis.findings.equivalence import replace_by_simpler
 from nnhydro.diagnosis.findings.finding import findings_of
 from nnhydro.diagnosis.findings.impossible_coefficients import impossible_coefficients
 from nnhydro.diagnosis.model.evidence import WhiteRows
@@ -30,7 +31,7 @@ from nnhydro.diagnosis.problem.problem import MOST_STUDIED, draw_names, problem_
 from nnhydro.diagnosis.problem.stated_friction import design_on
 from nnhydro.diagnosis.result import DiagnosisResult
 from nnhydro.diagnosis.search.activity_windows import in_parts
-from nnhydro.diagnosis.search.best_fit import best_fit
+from nnhydro.diagnosis.search.best_fit import best_fit, reestimate_noise
 from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.linearisation import extra_starts, is_stale
 from nnhydro.diagnosis.search.refinement import refine, with_finer_singles
@@ -100,14 +101,26 @@ def _explore(design: Design, without: Sequence[str],
         finer = refine(search, best, model)
         search = finer.search
         best = replace_by_simpler(search, replace_special_laws(search, search.climb(finer.best)))
-    return noise, search, best, model
+    return reestimate_noise(search, best, noise), search, best, model
+
+
+def _refine_claims(search: Search, best: ScoredSet, decided: Claims, model: StripTheory, seed: int) -> tuple[Search, Claims]:
+    """Return what is claimed; if members of `best` fail, the others are refined without them, and judged again."""
+    if decided.claimed.chosen in ((), best.chosen):
+        return search, decided
+    finer = refine(search, decided.claimed, model)
+    again = decide(finer.search, finer.best, seed)
+    judged = {(decision.effect, decision.joint) for decision in again.decisions}
+    failed = tuple(decision for decision in decided.decisions if (decision.effect, decision.joint) not in judged)
+    return finer.search, replace(again, decisions=(*failed, *again.decisions))
 
 
 @one_thread()
 def search_design(design: Design, seed: int, without: Sequence[str] = ()) -> SearchedCampaign:
     """Return what the baseline of `design` omits on its rows."""
     noise, search, best, model = _explore(design, without)
-    return SearchedCampaign(design, noise, search, decide(search, best, seed), model, search.score(()))
+    search, decided = _refine_claims(search, best, decide(search, best, seed), model, seed)
+    return SearchedCampaign(design, noise, search, decided, model, search.score(()))
 
 
 @final
@@ -126,7 +139,8 @@ def _decide_on(campaign: Campaign, names: tuple[str, ...], options: "DiagnosisOp
     design = design_on(problem_of(campaign, names, options.cutoff_hz), options.baseline)
     noise, search, best, model = _explore(design, options.without, progress)
     progress("held-out errors")
-    decided, heldout = withdraw_useless(search, decide(search, best, options.seed), model, options.seed)
+    search, decided = _refine_claims(search, best, decide(search, best, options.seed), model, options.seed)
+    decided, heldout = withdraw_useless(search, decided, model, options.seed)
     steady = (design.problem.frequency < 0)[:, None]  # a few rows of tables: the unknown takes their noise for a law
     variance = np.where(steady, best_fit(search, decided.claimed).whitened.v, noise.noise_variance + design.input_variance)
     floor = noise_error(search, heldout, variance)

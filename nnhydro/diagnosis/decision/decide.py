@@ -18,10 +18,10 @@ A member k of the best set S is claimed if it passes six tests.
    it also moves FORM of the largest claim, whose error of form may show there.
 6. Catalogue: it is more probable than a similar cause outside the catalogue (decision.catalogue_probability).
 
-Members that fail leave the set, and the others are judged again: first the one least probably in the catalogue, then the one that gains
-least. A member dismissed as the form of another leaves last, and is judged again when that other fails. The set with the higher score is
-claimed where a member that fails could also stay: without those that share what it explains, or because claims fall with it. So a member
-that gains little beside others is judged again without those of them that fail.
+Members that fail leave the set, a special law for a plainer one of its cause, and the others are judged again: first the one least
+probably in the catalogue, then the one that gains least. One dismissed as the form of another leaves last, and is judged again when that
+other fails. The set with the higher score is claimed where a member that fails could also stay: without those that share what it explains,
+or because claims fall with it. So a member that gains little beside others is judged again without those of them that fail.
 """
 
 from collections.abc import Iterator, Set
@@ -40,6 +40,7 @@ from nnhydro.diagnosis.decision.heldout_errors import HeldoutErrors, fitted_erro
 from nnhydro.diagnosis.decision.null_draws import least_gain, null_threshold
 from nnhydro.diagnosis.decision.other_frequencies import share_elsewhere
 from nnhydro.diagnosis.decision.parameters_per_recording import nats_of_parameters_per_recording
+from nnhydro.diagnosis.decision.special_laws import with_plainer_law
 from nnhydro.diagnosis.problem.design import relevant_share
 from nnhydro.diagnosis.search.best_fit import best_fit
 from nnhydro.diagnosis.search.scored_set import ScoredSet
@@ -135,7 +136,8 @@ def decide(search: Search, best: ScoredSet, seed: int, as_form: frozenset[int] =
         made = decide(search, rests[worst], seed, as_form | {worst}, exact, known, needed)
         rival = (best, exact | {worst}, needed) if _fallen(judged, made) else None
     else:
-        made = decide(search, search.score(sorted({*rests[worst].chosen, *as_form})), seed, frozenset(), exact, known, needed)
+        plain = with_plainer_law(search, best, worst)
+        made = decide(search, search.score(sorted({*plain.chosen, *as_form})), seed, frozenset(), exact, known, needed)
         improbable, weak = judged[worst].reason == IMPROBABLE, search.gain(rests[worst], best) <= chance[worst]
         instead = _members_instead(search, best, worst, improbable, made) if improbable or weak else set()
         rival = (search.score(best.without(*instead)), exact, needed) if instead else None

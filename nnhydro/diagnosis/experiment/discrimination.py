@@ -5,8 +5,7 @@
 
 P_[Y, x_B] is the refit of the baseline, the other findings and the rival B to everything recorded, their priors included. New rows add
 N(D, lambda^2 + 1) to the score deficit of B. With more parameters than A, B loses even if it contains A as a special case. Of B's fitted
-law and its widest one, the closer counts. The noise of new rows is that of the campaign, with what A explains known to the model's
-FORM and LATE (`constants`).
+law and its widest one, the closer counts. The noise of new rows is that of the campaign, with what A explains known to FORM.
 Source: designs that discriminate between rival models, Atkinson & Fedorov (1975), Biometrika 62; in the evidence of `model.evidence`.
 """
 
@@ -18,9 +17,10 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.constants import BASELINE_FORM, FORM, LATE, LEAST_GAIN, RHO
+from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, MODEL_ERROR, RHO
+from nnhydro.diagnosis.decision.special_laws import parameter_count
 from nnhydro.diagnosis.experiment.motions import CandidateMotion
-from nnhydro.diagnosis.findings.equivalence import EQUIVALENT_COSINE, EQUIVALENT_SHARE, parameter_count, rivals_of
+from nnhydro.diagnosis.findings.equivalence import EQUIVALENT_COSINE, EQUIVALENT_SHARE, rivals_of
 from nnhydro.diagnosis.noise.spectrum import Noise
 from nnhydro.diagnosis.problem.columns import columns_on
 from nnhydro.diagnosis.problem.design import Design
@@ -187,9 +187,8 @@ class Discriminator:
         order = np.argsort(bands.centre)
         at = np.log(np.maximum(bands.centre[order], 1e-6))
         noise = np.stack([np.exp(np.interp(np.log(np.maximum(f, 1e-6)), at, np.log(S[j][order]))) for j in range(len(S))], axis=1)
-        rho2 = np.minimum(FORM**2 + (2 * np.pi * f * LATE) ** 2, 1.0)[:, None]
         explained = np.mean([(columns @ d) ** 2 for d in self.values], axis=0)
-        made: Array = noise + rho2 * _smooth(problem, explained) + BASELINE_FORM**2 * _smooth(problem, tau**2)
+        made: Array = noise + FORM**2 * _smooth(problem, explained) + MODEL_ERROR**2 * _smooth(problem, tau**2)
         return made
 
     def noncentralities(self, H: Array) -> tuple[Array, Array]:

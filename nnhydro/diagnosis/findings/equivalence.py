@@ -1,4 +1,4 @@
-"""Effects that the data cannot distinguish from a finding, its confidence, and the simpler law where a special one adds nothing."""
+"""Effects that the data cannot distinguish from a finding, its confidence, and the simpler effect where both are equivalent."""
 
 from dataclasses import dataclass
 from typing import final
@@ -7,10 +7,10 @@ import numpy as np
 
 from nnhydro.diagnosis.constants import FORM, LEAST_GAIN
 from nnhydro.diagnosis.decision.catalogue_probability import listed_probability
+from nnhydro.diagnosis.decision.special_laws import parameter_count, signal_count
 from nnhydro.diagnosis.problem.hypothesis import Key
 from nnhydro.diagnosis.search.scored_set import ScoredSet
 from nnhydro.diagnosis.search.stepwise import Search
-from nnhydro.diagnosis.search.values import values_of
 from nnhydro.fitting.linear.least_squares import ridge
 
 EQUIVALENT_COSINE = 1 - 2 * FORM**2  # cosine of visible torques from which two effects are one: each may be off by FORM, oppositely
@@ -29,46 +29,6 @@ class Rival:
     equivalent: bool
 
 
-def parameter_count(search: Search, k: int) -> int:
-    """Return how many values, nonlinear ones included, hypothesis `k` has."""
-    h = search.view.library.hypotheses[k]
-    return h.width + sum(1 for name in h.spans if any(getattr(h.effect, name)))
-
-
-def _signals(search: Search, k: int) -> int:
-    return len(search.view.library.hypotheses[k].effect.signature.depends_on)
-
-
-def _is_special(search: Search, found: ScoredSet, k: int) -> bool:
-    """Return whether the values of member `k` need its special law: Stribeck friction without a breakaway is dry friction."""
-    h = search.view.library.hypotheses[k]
-    return h.per_recording or h.plausible(values_of(search, found, k).mean)
-
-
-def replace_special_laws(search: Search, found: ScoredSet) -> ScoredSet:
-    """Return `found` with special laws replaced by plainer ones of their family where they take no more, or their values are those of it.
-
-    Of plainer laws that of the fewest signals: a friction that falls with speed contains the dry one, not that of the load.
-    Raises nothing. A special law is admitted beside the plain one as any further effect is beside a set.
-    """
-    library = search.view.library
-    for k in found.chosen:
-        rest = found.without(k)
-        plainer = [i for i, hypothesis in enumerate(library.hypotheses) if search.place(i) == search.place(k)
-                   and hypothesis.key != library.hypotheses[k].key and not hypothesis.effect.general
-                   and parameter_count(search, i) < parameter_count(search, k)]
-        if not plainer:
-            continue
-        base = search.score(rest)
-        fewest = min(_signals(search, i) for i in plainer)
-        plainest = [i for i in plainer if _signals(search, i) == fewest]
-        best = max((search.score((*rest, i)) for i in search.most_gaining(base, plainest)), key=lambda s: s.score)
-        special = found.score > best.score + LEAST_GAIN and search.admits(best, found) and _is_special(search, found, k)
-        if search.admits(base, best) and not special:
-            found = best
-    return found
-
-
 def replace_by_simpler(search: Search, found: ScoredSet) -> ScoredSet:
     """Return `found` with each member replaced by the equivalent effect of the fewest parameters, on no more signals.
 
@@ -80,7 +40,7 @@ def replace_by_simpler(search: Search, found: ScoredSet) -> ScoredSet:
         _, others = rivals_of(search, found, k)
         near = [rival.number for rival in others if rival.equivalent and rival.deficit < LEAST_GAIN
                 and parameter_count(search, rival.number) < parameter_count(search, k)
-                and _signals(search, rival.number) <= _signals(search, k)
+                and signal_count(search, rival.number) <= signal_count(search, k)
                 and not search.view.library.hypotheses[rival.number].effect.general
                 and search.gain(base, search.score((*rest, rival.number))) > LEAST_GAIN]
         if near:

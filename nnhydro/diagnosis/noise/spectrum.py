@@ -1,26 +1,26 @@
-"""Noise: a common spectrum per joint, one scale per recording, and the model error of what is explained.
+"""Noise: a common spectrum per joint, one scale per recording, and the error of the numerics.
 
-    v_nj = sigma_gj^2 S_j(f) + (FORM^2 + (2 pi f LATE)^2) E_gj(band) + BASELINE_FORM^2 B_gj(band) + I_gj(f)       [(N m)^2 s]
+    v_nj = sigma_gj^2 S_j(f) + MODEL_ERROR^2 E_gj(band) + FORM^2 F_gj(band) + I_gj(f)       [(N m)^2 s]
 
 S, sigma by restricted maximum likelihood with the unknown and the selected effects in the model: with leverage h = w d'H^-1 d,
 
     S_j(b) <- S_j(b) sum a r^2/v / sum a (1 - h),     a = (own part of v) / v,  shrunk by NU observations towards its neighbours
 
-E is the mean square of the torque that the baseline alone leaves, and of the friction that arm.yaml states: no explanation is taken to
-be better than FORM of what there is to explain, nor its timing to better than LATE; B is that of the baseline's torque, so that rigs with
-little noise are not judged on details.
+E is the sum of the mean squares of the baseline's torque and of what it leaves: strips and interpolation err by as much at random, so that
+rigs with little noise are not judged on details. F is that of the friction that arm.yaml states, which is known to FORM in form. An error
+in the form of a law that is found is smooth instead: it is the unknown's.
 I is what is left of the motion's noise in the model's torque: angles that are differentiated twice make it rise towards the band's edge.
 Source: REML, Patterson & Thompson (1971), Biometrika 58; discrepancy, Kennedy & O'Hagan (2001).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.constants import BASELINE_FORM, FORM, LATE, NU
+from nnhydro.diagnosis.constants import FORM, MODEL_ERROR, NU
 from nnhydro.diagnosis.model.evidence import Columns, Posterior, WhiteRows, posterior
 from nnhydro.diagnosis.model.sizes import Sizes, fit_sizes
 from nnhydro.diagnosis.model.unknown import Unknown
@@ -81,13 +81,13 @@ class Bands:
 @final
 @dataclass(frozen=True, eq=False)
 class Noise:
-    """The spectrum `S` (joints, bands), the scales `sigma2` (groups, joints), and the variance of form `form` (n, joints)."""
+    """The spectrum `S` (joints, bands), the scales `sigma2` (groups, joints), and the variance of the numerics `numerics` (n, joints)."""
 
     bands: Bands
     group: Index
     S: Array
     sigma2: Array
-    form: Array
+    numerics: Array
 
     @property
     def noise_variance(self) -> Array:
@@ -98,7 +98,7 @@ class Noise:
     @property
     def v(self) -> Array:
         """The variance of every row, (n, joints)."""
-        return self.noise_variance + self.form
+        return self.noise_variance + self.numerics
 
 
 def _cells(design: Design, bands: Bands, x: Array) -> Array:
@@ -111,30 +111,41 @@ def _cells(design: Design, bands: Bands, x: Array) -> Array:
     return spread
 
 
+def energy_to_explain(design: Design) -> Array:
+    """Return the mean squares (n, joints) a band of what the baseline alone leaves."""
+    return _cells(design, Bands.of_design(design), design.excess**2)
+
+
+def _numerics(design: Design, bands: Bands) -> Array:
+    """Return the variance (n, joints) of what the numerics and the motion's noise make of the torques."""
+    return MODEL_ERROR**2 * _cells(design, bands, (design.tau - design.excess) ** 2 + design.excess**2) + design.input_variance
+
+
+def with_form_error(design: Design, noise: Noise) -> Noise:
+    """Return `noise` with an error of FORM of what there is to explain."""
+    return replace(noise, numerics=noise.numerics + FORM**2 * energy_to_explain(design))
+
+
 def white_noise(design: Design) -> Noise:
-    """Return white noise as large as what the baseline alone leaves, per joint, and the variance of the baseline's form error."""
+    """Return white noise as large as what the baseline alone leaves, per joint, and the variance of the numerics."""
     bands = Bands.of_design(design)
     level = np.maximum((design.excess**2).mean(axis=0), LEAST * np.maximum(design.scale, 1e-150) ** 2)
-    form = BASELINE_FORM**2 * _cells(design, bands, (design.tau - design.excess) ** 2) + design.input_variance
     groups = np.ones((design.problem.groups, len(level)))
-    return Noise(bands, design.problem.group_of, np.tile(level[:, None], (1, bands.count)), groups, form)
+    return Noise(bands, design.problem.group_of, np.tile(level[:, None], (1, bands.count)), groups, _numerics(design, bands))
 
 
 def first_noise(design: Design) -> Noise:
-    """Return flat noise at the level of the quiet upper end of the band, and the variance of form from what the baseline alone leaves."""
-    bands = Bands.of_design(design)
+    """Return flat noise at the level of the quiet upper end of the band; the form of a stated friction counts with the numerics."""
+    bands, excess = Bands.of_design(design), design.excess
+    numerics = _numerics(design, bands) + FORM**2 * _cells(design, bands, design.stated_friction**2)
     joints = design.y.shape[1]
     floor = LEAST * np.maximum(design.scale, 1e-300) ** 2
-    excess = design.excess
-    rho2 = FORM**2 + (2 * np.pi * np.maximum(design.problem.frequency, 0) * LATE) ** 2
-    baseline_form = BASELINE_FORM**2 * _cells(design, bands, (design.tau - excess) ** 2) + design.input_variance
-    form = np.minimum(rho2, 1.0)[:, None] * _cells(design, bands, excess**2 + design.stated_friction**2) + baseline_form
     level = []
     for j in range(joints):
         means = [float((excess[bands.of == k, j] ** 2).mean()) for k in range(bands.count) if (bands.of == k).sum() >= NU]
         level.append(max(min(means[len(means) // 2:] or [float((excess[:, j] ** 2).mean())]), float(floor[j]), 1e-300))
     return Noise(bands, design.problem.group_of, np.tile(np.array(level)[:, None], (1, bands.count)),
-                 np.ones((design.problem.groups, joints)), form)
+                 np.ones((design.problem.groups, joints)), numerics)
 
 
 def _leverage(whitened: WhiteRows, columns: Columns | None, fit: Posterior) -> tuple[Array, Array]:
@@ -178,7 +189,7 @@ def reestimate(design: Design, noise: Noise, whitened: WhiteRows, columns: Colum
         sigma2[:, j] *= (NU + top) / (NU + below)
         there = below > 0
         sigma2[:, j] /= np.exp(np.average(np.log(sigma2[there, j]), weights=below[there])) if there.any() else 1.0
-    return Noise(bands, noise.group, S, sigma2, noise.form)
+    return Noise(bands, noise.group, S, sigma2, noise.numerics)
 
 
 FIRST_SIZE = 0.1  # size of the unknown from which its evidence is maximised
@@ -188,13 +199,16 @@ NOISE_ROUNDS = 3  # iterations between the noise and the sizes of the unknown
 def calibrated_noise(design: Design, unknown: Unknown) -> tuple[Noise, WhiteRows, Sizes, StripTheory]:
     """Return the noise beside the unknown alone, the rows whitened by it, the unknown's sizes, and the baseline calibrated so.
 
-    The rows keep the smooth unknown; the constant of steady tables serves the noise alone.
+    What there is to explain counts as noise of FORM of its size meanwhile: a large cause in one recording must not be the noise of all. The
+    rows keep the smooth unknown; the constant of steady tables serves the noise alone.
     """
-    noise, sizes = first_noise(design), None
+    first, sizes = first_noise(design), None
+    noise = with_form_error(design, first)
     for _ in range(NOISE_ROUNDS):
         whitened = WhiteRows(design, unknown, noise.v)
         _, sizes = fit_sizes(whitened, None, Sizes.even(whitened, FIRST_SIZE) if sizes is None else sizes)
         noise = reestimate(design, noise, whitened, None, sizes.vector(whitened))
+    noise = replace(noise, numerics=first.numerics)
     whitened = WhiteRows(design, unknown.smooth, noise.v)
     assert sizes is not None
     fit, sizes = fit_sizes(whitened, None, Sizes(sizes.tau[:, : len(whitened.unknown.names)]))

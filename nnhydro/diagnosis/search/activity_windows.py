@@ -280,5 +280,6 @@ def in_parts(search: Search, found: ScoredSet, model: StripTheory) -> GrownSearc
     for k in best.chosen:
         if following.view.library.hypotheses[k].activity is not None and k in best.chosen:
             whole = _whole(following, best, k)
-            best = best if following.admits(whole, best) else whole
+            if not following.admits(whole, best):
+                best = max(whole, following.score(best.without(k)), key=lambda scored: scored.score)
     return GrownSearch(following, best)

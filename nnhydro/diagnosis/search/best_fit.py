@@ -1,13 +1,10 @@
 """The fit whose values are reported: a set without the unknown, each row weighted by the noise that this set leaves.
 
-    v_gj(f) = sigma_gj^2 S_j(f) + BASELINE_FORM^2 B_gj(f)         S, sigma by REML, from white noise on
-
-The evidence includes a model error, the share FORM of what there is to explain. Values do not: where a set explains the torque to a
-hundredth, a small error of form must not change them. The fit starts from white noise, hence from least squares. A spectrum estimated
-beside a poorer fit would treat its misfit at low frequencies as noise for good.
+The noise is estimated as in noise.spectrum, beside this very set and from white noise on: the fit starts from least squares. A spectrum
+estimated beside a poorer fit would treat its misfit at low frequencies as noise for good.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import final
 
@@ -16,7 +13,7 @@ from numpy.typing import NDArray
 
 from nnhydro.diagnosis.model.evidence import Columns, Posterior, WhiteRows
 from nnhydro.diagnosis.model.sizes import none, without_unknown
-from nnhydro.diagnosis.noise.spectrum import reestimate, white_noise
+from nnhydro.diagnosis.noise.spectrum import Noise, reestimate, white_noise, with_form_error
 from nnhydro.diagnosis.problem.free_machines import scale_factor
 from nnhydro.diagnosis.search.scored_set import ScoredSet
 from nnhydro.diagnosis.search.stepwise import Search
@@ -74,11 +71,24 @@ class BestFit:
 
 def fit_at(search: Search, found: ScoredSet, v: Array) -> BestFit:
     """Return the fit of `found` without the unknown where the noise of every row is `v` (n, joints)."""
-    old = search.view.whitened
+    return BestFit.of(*_weigh(search, found, v), _shares_of_model(search, found))
+
+
+def _weigh(search: Search, found: ScoredSet, v: Array) -> tuple[WhiteRows, Columns | None]:
+    """Return the rows and the columns of `found` weighed by the noise `v` (n, joints)."""
+    old, X = search.view.whitened, search.view.join(found.chosen)
     whitened = WhiteRows(old.design, old.unknown, v)
-    X = search.view.join(found.chosen)
-    columns = None if X is None else Columns.of(whitened, whitened.weigh(X.Xw / old.sw[..., None]))
-    return BestFit.of(whitened, columns, _shares_of_model(search, found))
+    return whitened, None if X is None else Columns.of(whitened, whitened.weigh(X.Xw / old.sw[..., None]))
+
+
+def reestimate_noise(search: Search, found: ScoredSet, noise: Noise) -> Noise:
+    """Return the noise beside `found` and its unknown; an error of FORM in what is explained is no noise."""
+    design = search.whitened.design
+    made = with_form_error(design, noise)
+    for _ in range(ROUNDS):
+        whitened, columns = _weigh(search, found, made.v)
+        made = reestimate(design, made, whitened, columns, found.sizes.vector(whitened))
+    return replace(made, numerics=noise.numerics)
 
 
 def _shares_of_model(search: Search, found: ScoredSet) -> Array:

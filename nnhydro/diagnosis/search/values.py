@@ -6,10 +6,10 @@ something left over):
 
     C_i -> C_i max(1, [H^-1 (sum_g s_g s_g') H^-1]_ii G / (G - 1) / C_ii),   s_g = D_g' r_g,  g the recordings, blocks where they are few
 
-It is at least the posterior under the noise of the evidence, which includes an error of form for every law. It also includes the effect
+It is at least the posterior under the noise of the evidence and an error of FORM of what there is to explain. It also includes the effect
 of a smooth error of the model's form, which is the same in every recording and so causes no scatter:
 
-    C -> C + H^-1 D'W Phi T^2 Phi'W D H^-1,     T: an unknown of BASELINE_FORM of the torque and of as much as it makes of the rest
+    C -> C + H^-1 D'W Phi T^2 Phi'W D H^-1,     T: an unknown of MODEL_ERROR of the torque and of as much as it makes of the rest
 
 Where nothing is driven, loads are known relative to the model's largest part: C -> C + s^2 beta beta',  s its relative uncertainty. The
 interval of a quantity q(beta) grows by what it changes at beta / f and beta f,  ln f = Z95 sqrt(ln(1 + s^2)): no scale is negative.
@@ -26,9 +26,10 @@ import torch
 from numpy.typing import NDArray
 
 from nnhydro.conventions import Z95
-from nnhydro.diagnosis.constants import BASELINE_FORM, FEW_NATS
+from nnhydro.diagnosis.constants import FEW_NATS, FORM, MODEL_ERROR
 from nnhydro.diagnosis.model.evidence import Posterior
 from nnhydro.diagnosis.model.sizes import Sizes, without_unknown
+from nnhydro.diagnosis.noise.spectrum import energy_to_explain
 from nnhydro.diagnosis.problem.hypothesis import AnyEffect
 from nnhydro.diagnosis.search.best_fit import BestFit, best_fit
 from nnhydro.diagnosis.search.scored_set import LARGE_START, ScoredSet
@@ -102,9 +103,11 @@ def _covariance(search: Search, found: ScoredSet, fit: BestFit, evidence: Poster
     mine = np.searchsorted(fit.coefficients, at)
     whole = fit.posterior.covariance(fit.coefficients)
     covariance = whole[np.ix_(mine, mine)]
-    wanted = np.maximum(_scatter(search, fit, whole, mine), np.diag(evidence.covariance(at)))
+    by_form = FORM**2 * energy_to_explain(fit.whitened.design) / fit.whitened.v
+    moved = np.einsum("njk,nj,njl->kl", fit.rows, by_form, fit.rows, optimize=True) @ whole[:, mine]
+    wanted = np.maximum(_scatter(search, fit, whole, mine), np.diag(evidence.covariance(at)) + (whole[:, mine] * moved).sum(axis=0))
     widening = np.sqrt(np.maximum(wanted / np.maximum(np.diag(covariance), 1e-300), 1.0))
-    share = float(np.hypot(BASELINE_FORM, _smooth_share(found, fit)))
+    share = float(np.hypot(MODEL_ERROR, _smooth_share(found, fit)))
     made: Array = covariance * widening[:, None] * widening + _form(fit, share, whole, mine)
     return made
 

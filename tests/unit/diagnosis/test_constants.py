@@ -53,4 +53,4 @@ def test_two_laws_of_one_truth_are_alike_where_each_is_off_by_its_form():
 
 
 def test_what_is_relevant_lies_above_the_error_of_the_numerics_and_below_that_of_a_form():
-    assert constants.BASELINE_FORM < RELEVANT < FORM**2
+    assert constants.MODEL_ERROR < RELEVANT < FORM**2

@@ -64,10 +64,13 @@ def test_a_stated_friction_whose_step_is_smoother_is_no_second_friction():
     assert not told.detected
 
 
-def test_a_friction_that_is_much_larger_than_stated_is_named():
+def test_of_a_friction_that_is_much_larger_than_stated_the_verdict_gives_the_level_and_says_that_it_contradicts_the_arm():
     told = diagnosed("friction stated too small")
-    assert named(told) == {("coulomb_friction", 1)}
-    assert told.findings[0].parameters["level"].value == pytest.approx(FRICTION - 0.2, rel=0.15)
+    assert not named(told), "the stated friction explains all at another level"
+    (line,) = told.checks["against_stated"]
+    assert line in told.verdict()
+    assert line.startswith("stated_coulomb_friction.level[1] is fitted as 0.499")
+    assert "times its stated uncertainty from the 0.2 N m of arm.yaml" in line
 
 
 def test_the_buoyancy_of_an_upright_arm_is_found_as_the_weight_of_the_displaced_water():

@@ -1,40 +1,17 @@
-"""A special law gives way to the plain one of its family where it takes no more, or where its values are those of the plain one."""
+"""An equivalent effect of fewer values takes the place of a finding, and rivals are those that the data cannot distinguish from it."""
 
 import numpy as np
 import pytest
-from problems import design, law, search
+from problems import design, law, search, special_beside_plain
 
 from nnhydro.diagnosis.constants import LEAST_GAIN
 from nnhydro.diagnosis.findings import equivalence
-from nnhydro.diagnosis.findings.equivalence import Rival, replace_by_simpler, replace_special_laws, rivals_of
-
-
-def fitted(sense):
-    """A search in which a special law of two values fits much better than the plain one of its family, and the set with it."""
-    of = design(0, groups=8, rows=30)
-    X = np.random.default_rng(50).standard_normal((*of.y.shape, 3))
-    of.y = of.y + X @ [0.0, 1.0, 1.0]
-    X[..., 0] = X[..., 1] + 0.3 * X[..., 2]
-    one = search(of, (law("plain", family="friction"), law("special", 2, family="friction", sense=sense)), X)
-    return one, one.score((1,))
-
-
-def test_a_law_that_explains_more_than_the_plain_one_stays():
-    one, found = fitted(lambda values: True)
-    assert found.score > one.score((0,)).score + 10
-    assert replace_special_laws(one, found).chosen == (1,)
-
-
-def test_a_law_whose_told_values_are_those_of_the_plain_one_gives_way_to_it():
-    told = [False]
-    one, found = fitted(lambda values: not told[0])
-    told[0] = True  # the values of the fit without the unknown make no sense for it
-    assert replace_special_laws(one, found).chosen == (0,)
+from nnhydro.diagnosis.findings.equivalence import Rival, replace_by_simpler, rivals_of
 
 
 @pytest.mark.parametrize(("gain", "chosen"), [(LEAST_GAIN - 0.1, (1,)), (LEAST_GAIN + 0.1, (0,))])
 def test_an_equivalent_of_fewer_values_takes_the_place_only_if_it_gains_enough_to_be_claimed(gain, chosen, monkeypatch):
-    one, found = fitted(lambda values: True)
+    one, found = special_beside_plain(lambda values: True)
     monkeypatch.setattr(equivalence, "rivals_of", lambda *_: (1.0, [Rival(0, 2.0, 0.1, 0.9, True)]))
     monkeypatch.setattr(type(one), "gain", lambda search, now, then: gain)
     assert replace_by_simpler(one, found).chosen == chosen

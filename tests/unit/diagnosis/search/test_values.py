@@ -7,9 +7,10 @@ from oscillations import with_oscillation
 from problems import design, law, search, unknown, with_values
 from rigs import arm
 
-from nnhydro.diagnosis.constants import BASELINE_FORM, FEW_NATS, RHO
+from nnhydro.diagnosis.constants import FEW_NATS, FORM, MODEL_ERROR, RHO
 from nnhydro.diagnosis.model.evidence import WhiteRows
 from nnhydro.diagnosis.model.sizes import without_unknown
+from nnhydro.diagnosis.noise.spectrum import Bands
 from nnhydro.diagnosis.search import values
 from nnhydro.diagnosis.search.best_fit import best_fit, fit_at
 from nnhydro.diagnosis.search.stepwise import Search
@@ -48,12 +49,22 @@ def by_hand(one, chosen):
 
 
 def form_by_hand(one, D, inverse):
-    """What an unknown of BASELINE_FORM of the torque would move the coefficients by: both joints' blocks written out."""
+    """What an unknown of MODEL_ERROR of the torque would move the coefficients by: both joints' blocks written out."""
     white = one.whitened
     Phi = np.zeros((*white.y.shape, white.joints * white.m))
     for j in range(white.joints):
         Phi[:, j, j * white.m:(j + 1) * white.m] = white.unknown.Phi / np.sqrt(white.v[:, j:j + 1])
-    A = inverse @ D.reshape(-1, D.shape[2]).T @ Phi.reshape(-1, Phi.shape[2]) * BASELINE_FORM * white.unknown_of_unit_share
+    A = inverse @ D.reshape(-1, D.shape[2]).T @ Phi.reshape(-1, Phi.shape[2]) * MODEL_ERROR * white.unknown_of_unit_share
+    return A @ A.T
+
+
+def tenth_by_hand(one, D, inverse):
+    """The covariance of the coefficients that errors of FORM of what there is to explain give, by rows: all of it in one band a group."""
+    design = one.whitened.design
+    bands = Bands.of_design(design).of
+    E = np.array([[(design.excess[(design.problem.group_of == g) & (bands == b), j] ** 2).mean() for j in range(design.y.shape[1])]
+                  for g, b in zip(design.problem.group_of, bands, strict=True)])
+    A = inverse @ (D * FORM * np.sqrt(E / one.whitened.v)[..., None]).reshape(-1, D.shape[2]).T
     return A @ A.T
 
 
@@ -65,7 +76,7 @@ def test_values_and_covariance_are_those_of_a_dense_fit_without_the_unknown(chos
     group = one.whitened.design.problem.group_of
     scores = np.stack([np.einsum("njk,nj->k", D[group == g], r[group == g]) for g in range(8)])
     sandwich = inverse @ scores.T @ scores @ inverse * 8 / 7
-    form = form_by_hand(one, D, inverse)
+    form, inverse = form_by_hand(one, D, inverse), inverse + tenth_by_hand(one, D, inverse)
     for k in chosen:
         at = one.whitened.p + chosen.index(k)
         got = found(one, chosen, k)
@@ -134,7 +145,7 @@ def test_the_scatter_of_few_recordings_is_counted_over_their_blocks():
     scores = np.stack([np.einsum("njk,nj->k", D[unit == g], r[unit == g]) for g in range(8)])
     at = one.whitened.p
     sandwich = (inverse @ scores.T @ scores @ inverse)[at, at] * 8 / 7
-    form = form_by_hand(one, D, inverse)[at, at]
+    form, inverse = form_by_hand(one, D, inverse)[at, at], inverse + tenth_by_hand(one, D, inverse)
     assert found(one).covariance[0, 0] == pytest.approx(max(inverse[at, at], sandwich) + form, rel=1e-5)
 
 

@@ -1,0 +1,54 @@
+"""Special laws of a cause, and the plainer ones in whose place they are named only if they must be: Stribeck friction and dry friction."""
+
+from nnhydro.diagnosis.constants import LEAST_GAIN
+from nnhydro.diagnosis.search.scored_set import ScoredSet
+from nnhydro.diagnosis.search.stepwise import Search
+from nnhydro.diagnosis.search.values import values_of
+
+
+def parameter_count(search: Search, k: int) -> int:
+    """Return how many values, nonlinear ones included, hypothesis `k` has."""
+    h = search.view.library.hypotheses[k]
+    return h.width + sum(1 for name in h.spans if any(getattr(h.effect, name)))
+
+
+def signal_count(search: Search, k: int) -> int:
+    """Return on how many signals hypothesis `k` depends."""
+    return len(search.view.library.hypotheses[k].effect.signature.depends_on)
+
+
+def with_plainer_law(search: Search, found: ScoredSet, k: int) -> ScoredSet:
+    """Return `found` with a plainer law of the same cause in place of member `k`, or without it where none is admitted.
+
+    Of plainer laws that of the fewest signals: a friction that falls with speed contains the dry one, not that of the load.
+    """
+    hypotheses = search.view.library.hypotheses
+    base = search.score(found.without(k))
+    plainer = [i for i, hypothesis in enumerate(hypotheses) if search.place(i) == search.place(k)
+               and hypothesis.key != hypotheses[k].key and not hypothesis.effect.general
+               and parameter_count(search, i) < parameter_count(search, k)]
+    if not plainer:
+        return base
+    fewest = min(signal_count(search, i) for i in plainer)
+    plainest = search.most_gaining(base, [i for i in plainer if signal_count(search, i) == fewest])
+    best = max((search.score((*base.chosen, i)) for i in plainest), key=lambda s: s.score)
+    return best if search.admits(base, best) else base
+
+
+def replace_special_laws(search: Search, found: ScoredSet) -> ScoredSet:
+    """Return `found` with special laws replaced by plainer ones of their cause where they take no more, or their values are those of it.
+
+    A special law is admitted beside the plain one as any further effect is beside a set.
+    """
+    for k in found.chosen:
+        plain = with_plainer_law(search, found, k)
+        special = found.score > plain.score + LEAST_GAIN and search.admits(plain, found) and _is_special(search, found, k)
+        if plain.chosen != found.without(k) and not special:
+            found = plain
+    return found
+
+
+def _is_special(search: Search, found: ScoredSet, k: int) -> bool:
+    """Return whether the values of member `k` need its special law: Stribeck friction without a breakaway is dry friction."""
+    h = search.view.library.hypotheses[k]
+    return h.per_recording or h.plausible(values_of(search, found, k).mean)
