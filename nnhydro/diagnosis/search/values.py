@@ -27,8 +27,7 @@ from numpy.typing import NDArray
 
 from nnhydro.conventions import Z95
 from nnhydro.diagnosis.constants import FEW_NATS, FORM, MODEL_ERROR
-from nnhydro.diagnosis.model.evidence import Posterior
-from nnhydro.diagnosis.model.sizes import Sizes, without_unknown
+from nnhydro.diagnosis.model.sizes import Sizes
 from nnhydro.diagnosis.noise.spectrum import energy_to_explain
 from nnhydro.diagnosis.problem.hypothesis import AnyEffect
 from nnhydro.diagnosis.search.best_fit import BestFit, best_fit
@@ -98,14 +97,14 @@ def _smooth_share(found: ScoredSet, fit: BestFit) -> float:
     return share
 
 
-def _covariance(search: Search, found: ScoredSet, fit: BestFit, evidence: Posterior, at: Index) -> Array:
-    """Return the covariance of the coefficients `at` of `fit`; `evidence` is the same fit over the noise of the evidence."""
+def _covariance(search: Search, found: ScoredSet, fit: BestFit, at: Index) -> Array:
+    """Return the covariance of the coefficients `at` of `fit`, at least that over the noise of the evidence and an error of FORM."""
     mine = np.searchsorted(fit.coefficients, at)
     whole = fit.posterior.covariance(fit.coefficients)
     covariance = whole[np.ix_(mine, mine)]
-    by_form = FORM**2 * energy_to_explain(fit.whitened.design) / fit.whitened.v
-    moved = np.einsum("njk,nj,njl->kl", fit.rows, by_form, fit.rows, optimize=True) @ whole[:, mine]
-    wanted = np.maximum(_scatter(search, fit, whole, mine), np.diag(evidence.covariance(at)) + (whole[:, mine] * moved).sum(axis=0))
+    noisier = fit.whitened.v / (search.whitened.v + FORM**2 * energy_to_explain(fit.whitened.design))
+    H = np.einsum("njk,nj,njl->kl", fit.rows, noisier, fit.rows, optimize=True) + np.diag(fit.posterior.scale[fit.coefficients] ** -2.0)
+    wanted = np.maximum(_scatter(search, fit, whole, mine), np.diag(np.linalg.inv(H))[mine])
     widening = np.sqrt(np.maximum(wanted / np.maximum(np.diag(covariance), 1e-300), 1.0))
     share = float(np.hypot(MODEL_ERROR, _smooth_share(found, fit)))
     made: Array = covariance * widening[:, None] * widening + _form(fit, share, whole, mine)
@@ -118,15 +117,15 @@ def values_of(search: Search, found: ScoredSet, k: int, tangents: Tangents | Non
     With the `tangents` of the set, they hold how its nonlinear values are known, beside those of all members.
     """
     view, library = search.view, search.view.library
-    h, fit, columns = library.hypotheses[k], best_fit(search, found), view.join(found.chosen)
+    h, fit = library.hypotheses[k], best_fit(search, found)
     place, linear, factor = found.places(view)[k], fit.posterior.mean, fit.scale_factor
     at, unit, names = np.arange(place.start, place.stop), np.ones(0), tuple[str, ...]()
     if tangents is not None:
         more = tangents.at(k)
         names, unit = tuple(tangents.names[i][1] for i in more), tangents.unit[more]
         at = np.concatenate([at, len(linear) + more])
-        fit, columns = fit.with_columns(tangents.append_to(fit.whitened, fit.columns)), tangents.append_to(view.whitened, columns)
-    covariance = _covariance(search, found, fit, without_unknown(view.whitened, columns), at)
+        fit = fit.with_columns(tangents.append_to(fit.whitened, fit.columns))
+    covariance = _covariance(search, found, fit, at)
     mean = linear[place]
     if h.per_recording:
         mean, covariance = _pool(mean.reshape(-1, h.width), covariance)

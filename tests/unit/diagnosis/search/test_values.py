@@ -58,14 +58,14 @@ def form_by_hand(one, D, inverse):
     return A @ A.T
 
 
-def tenth_by_hand(one, D, inverse):
-    """The covariance of the coefficients that errors of FORM of what there is to explain give, by rows: all of it in one band a group."""
-    design = one.whitened.design
+def wider_by_hand(one, D):
+    """The covariance of the coefficients where noise has errors of FORM of what there is to explain, too, by rows."""
+    design, white = one.whitened.design, one.whitened
     bands = Bands.of_design(design).of
     E = np.array([[(design.excess[(design.problem.group_of == g) & (bands == b), j] ** 2).mean() for j in range(design.y.shape[1])]
                   for g, b in zip(design.problem.group_of, bands, strict=True)])
-    A = inverse @ (D * FORM * np.sqrt(E / one.whitened.v)[..., None]).reshape(-1, D.shape[2]).T
-    return A @ A.T
+    flat = (D * np.sqrt(white.v / (white.v + FORM**2 * E))[..., None]).reshape(-1, D.shape[2])
+    return np.linalg.inv(flat.T @ flat + np.diag([1.0] * white.p + [RHO**-2] * (D.shape[2] - white.p)))
 
 
 @pytest.mark.parametrize("chosen", [(0,), (0, 2)])
@@ -76,7 +76,7 @@ def test_values_and_covariance_are_those_of_a_dense_fit_without_the_unknown(chos
     group = one.whitened.design.problem.group_of
     scores = np.stack([np.einsum("njk,nj->k", D[group == g], r[group == g]) for g in range(8)])
     sandwich = inverse @ scores.T @ scores @ inverse * 8 / 7
-    form, inverse = form_by_hand(one, D, inverse), inverse + tenth_by_hand(one, D, inverse)
+    form, inverse = form_by_hand(one, D, inverse), wider_by_hand(one, D)
     for k in chosen:
         at = one.whitened.p + chosen.index(k)
         got = found(one, chosen, k)
@@ -145,7 +145,7 @@ def test_the_scatter_of_few_recordings_is_counted_over_their_blocks():
     scores = np.stack([np.einsum("njk,nj->k", D[unit == g], r[unit == g]) for g in range(8)])
     at = one.whitened.p
     sandwich = (inverse @ scores.T @ scores @ inverse)[at, at] * 8 / 7
-    form, inverse = form_by_hand(one, D, inverse)[at, at], inverse + tenth_by_hand(one, D, inverse)
+    form, inverse = form_by_hand(one, D, inverse)[at, at], wider_by_hand(one, D)
     assert found(one).covariance[0, 0] == pytest.approx(max(inverse[at, at], sandwich) + form, rel=1e-5)
 
 
