@@ -188,3 +188,19 @@ def special_beside_plain(sense):
     X[..., 0] = X[..., 1] + 0.3 * X[..., 2]
     one = search(of, (law("plain", family="friction"), law("special", 2, family="friction", sense=sense)), X)
     return one, one.score((1,))
+
+
+LAWS = tuple(law(f"law_{k}") for k in range(8))
+
+
+def columns(of, k=8, seed=50):
+    """Columns (n, joints, k) whose rms is the scale of joint 1."""
+    return np.random.default_rng(seed).standard_normal((*of.y.shape, k))
+
+
+def with_planted(values, seed=0, laws=LAWS, **keys):
+    """A search on a design in which the first laws act with `values`."""
+    of = design(seed, groups=8, rows=30, **keys)
+    X = columns(of, sum(law.width for law in laws))
+    of.y = of.y + X[..., : len(values)] @ np.asarray(values, float)
+    return search(of, laws, X)

@@ -20,5 +20,5 @@ DETECTED = 16.0  # nats of the unknown from which there is a mismatch: odds of 1
 MATERIAL = 0.01  # share of a joint's torque that an unknown must hold to be reported
 UNLIKE_NOISE = 3.0  # times the error of noise alone: a larger difference between recordings is no noise
 P_ALARM = 1e-3  # p-value of an alarm other than the unknown (hum, unlike recordings, common cause): one healthy arm in a thousand
-TRUSTED_RATIO = 0.25  # share of the nats left by a name, or deviation of its size between recordings, that makes other causes as probable
+TRUSTED_RATIO = 0.25  # share of the nats left by a friction, or deviation of a size between recordings, that makes other causes as probable
 UNLISTED = 0.2  # share of the machines with something missing that are taken to hide a cause outside the catalogue: one in five

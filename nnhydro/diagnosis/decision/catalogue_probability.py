@@ -1,6 +1,6 @@
 """The probability that a claimed effect is the cause, and not a similar cause outside the catalogue.
 
-    P = LISTED / (1 + (left / TRUSTED_RATIO)^4 + (scatter / TRUSTED_RATIO)^4)
+    P = LISTED / (1 + (left / L)^4 + (scatter / TRUSTED_RATIO)^4),    L = FORM, of a standard term of a joint TRUSTED_RATIO
 
 A law that is the cause leaves almost nothing to the unknown, and has one size in all recordings. A similar law leaves a share, or its size
 differs with the motion: `scatter` is its relative deviation between recordings beyond their noise. It is 0 of what varies on a
@@ -20,7 +20,7 @@ recordings cannot distinguish the two, both are reported, and the form of the be
 
 import numpy as np
 
-from nnhydro.diagnosis.constants import FEW_NATS, LEAST_GAIN, SMALLEST_SIZE, TRUSTED_RATIO, UNLISTED
+from nnhydro.diagnosis.constants import FEW_NATS, FORM, LEAST_GAIN, SMALLEST_SIZE, TRUSTED_RATIO, UNLISTED
 from nnhydro.diagnosis.decision.scatter import scatter_between_parts, scatter_between_recordings
 from nnhydro.diagnosis.model.sizes import Sizes, fit_sizes, without_unknown
 from nnhydro.diagnosis.search.scored_set import LARGE_START, SMALL_START, ScoredSet
@@ -35,12 +35,12 @@ VARIABLES: dict[tuple[str, ...], str] = {CONSTANT: "q{}_rad", ("q",): "q{}_rad",
 def listed_probability(search: Search, found: ScoredSet, k: int) -> float:
     """Return the probability that member `k` of `found` is the cause itself, given that some cause like it is there."""
     if search.view.library.hypotheses[k].effect.standard:
-        left = _share_left_of_class(search, found, k)
+        left = _share_left_of_class(search, found, k) / TRUSTED_RATIO
     else:
-        left = search.share_left(search.score(found.without(k)), found)
+        left = search.share_left(search.score(found.without(k)), found) / FORM
     between = 0.0 if search.view.library.hypotheses[k].effect.varies else scatter_between_recordings(search, found, k)
     scatter = max(between, scatter_between_parts(search, found, k))
-    return LISTED / (1.0 + (max(left, 0.0) / TRUSTED_RATIO) ** 4 + (scatter / TRUSTED_RATIO) ** 4)
+    return LISTED / (1.0 + max(left, 0.0) ** 4 + (scatter / TRUSTED_RATIO) ** 4)
 
 
 def _share_left_of_class(search: Search, found: ScoredSet, k: int) -> float:

@@ -3,8 +3,8 @@
 A member k of the best set S is claimed if it passes six tests.
 
 1. Gain: its gain exceeds LEAST_GAIN, the gain of chance in this campaign, and the gain that an error in the form of a larger claim l makes:
-       gain(S less k, S) > max(LEAST_GAIN, q99 + o_k, max_l max(FORM, 1 - p_l)^2 gain_l)
-   p_l: predictable share of l's torque (its card);  o_k: log prior odds of what is expected, friction
+       gain(S less k, S) > max(LEAST_GAIN - a_k, q99 + o_k, max_l max(FORM, 1 - p_l)^2 gain_l)
+   p_l: predictable share of l's torque (its card);  o_k: log prior odds of friction;  a_k: nats of alternatives (decision.null_draws)
    If the card of l lists k as a possible confusion, FORM gain_l is required, except of the standard terms of a joint. A law that takes as
    much from the unknown as l, and leaves FORM of it at most, is exempt from both. A member without which other claims fail is one
    explanation with them: it need only be more probable than not.
@@ -24,20 +24,18 @@ other fails. The set with the higher score is claimed where a member that fails 
 or because claims fall with it. So a member that gains little beside others is judged again without those of them that fail.
 """
 
-from collections.abc import Iterator, Set
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any, final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtri
 
-from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, LEAVES, P_ALARM, PRECISE, RELEVANT
+from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, LEAVES, PRECISE
 from nnhydro.diagnosis.decision.catalogue_probability import listed_probability
 from nnhydro.diagnosis.decision.form_error import form_bars
 from nnhydro.diagnosis.decision.heldout import log_densities
-from nnhydro.diagnosis.decision.heldout_errors import HeldoutErrors, fitted_error, measure_errors
-from nnhydro.diagnosis.decision.null_draws import least_gain, null_threshold
+from nnhydro.diagnosis.decision.null_draws import least_gain, nats_of_alternatives, null_threshold
 from nnhydro.diagnosis.decision.other_frequencies import share_elsewhere
 from nnhydro.diagnosis.decision.parameters_per_recording import nats_of_parameters_per_recording
 from nnhydro.diagnosis.decision.special_laws import with_plainer_law
@@ -46,8 +44,6 @@ from nnhydro.diagnosis.search.best_fit import best_fit
 from nnhydro.diagnosis.search.scored_set import ScoredSet
 from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.diagnosis.search.values import says_nothing, values_of
-from nnhydro.models.strip_theory import StripTheory
-from nnhydro.sheet import percent
 
 Array = NDArray[np.float64]
 Shares = dict[int, float]
@@ -123,7 +119,8 @@ def decide(search: Search, best: ScoredSet, seed: int, as_form: frozenset[int] =
     by_fold = densities[:, :1] - densities[:, 1:]  # (folds, members)
     shares = torque_shares(search, best)
     largest = max(null_threshold(search, rest, seed) for rest in rests.values())
-    chance = {k: 0.0 if k in needed else least_gain(search.view.library, largest, k) for k in best.chosen}
+    chance = {k: 0.0 if k in needed else least_gain(search.view.library, largest, k, nats_of_alternatives(search, best, k))
+              for k in best.chosen}
     bars = [0.0 if k in exact else bar for k, bar in zip(best.chosen, form_bars(search, best, list(rests.values())), strict=True)]
     judged = {k: _judge(search, best, rests[k], k, by_fold[:, i], shares, max(chance[k], bars[i])) for i, k in enumerate(best.chosen)}
     failed = [(chance[k] < gain <= bar, min(listed_probability(search, best, k), LEAST_PROBABLE), gain, k)
@@ -212,89 +209,3 @@ def _judge(search: Search, now: ScoredSet, rest: ScoredSet, k: int, by_fold: Arr
     if elsewhere > LEAVES:
         return Decision(effect, joint, elsewhere, LEAVES, False, f"no line: another frequency explains {100 * elsewhere:.0f} % as much")
     return Decision(effect, joint, gain, threshold, True, f"gains {gain:.1f} nats, and improves the prediction of held-out recordings")
-
-
-def _exempt_members(search: Search, claimed: ScoredSet, heldout: HeldoutErrors) -> set[int]:
-    """Return the members of the set that are claimed whatever the error on held-out recordings.
-
-    One kind: only with them the fitted baseline agrees with arm.yaml, |z| <= Phi^-1(1 - P_ALARM / 2). Calibration would hide a payload in
-    the masses of a link, for example. Where masses differ between recordings, their mean is no evidence. The other kind cannot be
-    predicted (`_is_unpredictable`), and lowers the error of the fit enough: by FORM if its phase differs between recordings, else to the
-    share of its energy that its card calls unpredictable.
-    """
-    most = -float(ndtri(P_ALARM / 2))
-
-    def contradicts_arm(found: ScoredSet) -> bool:
-        """Return whether the baseline, fitted beside a set, contradicts arm.yaml."""
-        return float(np.abs(best_fit(search, found).z).max(initial=0.0)) > most
-
-    def largest_ratio(k: int) -> float:
-        """Return the largest ratio of the errors with and without member `k` at which it is claimed."""
-        h = search.view.library.hypotheses[k]
-        return 1 - FORM if h.per_recording else float(np.sqrt(1 - h.effect.predictable_share))
-
-    rests = {k: search.score(claimed.without(k)) for k in claimed.chosen}
-    unpredicted = {k for k, rest in rests.items() if _is_unpredictable(search, k)
-                   and fitted_error(search, claimed, heldout) < largest_ratio(k) * fitted_error(search, rest, heldout)}
-    needed = {k for k, rest in rests.items() if not contradicts_arm(claimed) and contradicts_arm(rest)}
-    return unpredicted | {k for k in needed if nats_of_parameters_per_recording(search, rests[k]) < search.gain(rests[k], claimed)}
-
-
-def _is_unpredictable(search: Search, k: int) -> bool:
-    """Return whether the torque of member `k` cannot be predicted: it depends on a phase, or on the smallest torques."""
-    h = search.view.library.hypotheses[k]
-    return h.per_recording or h.effect.predictable_share < 1
-
-
-def _errors_of_predictable(search: Search, claimed: ScoredSet, model: StripTheory, seed: int) -> HeldoutErrors:
-    """Return the held-out errors of the set; members that cannot be predicted take part only if they lower the error."""
-    heldout = measure_errors(search, claimed, model, seed)
-    idle = {k for k in claimed.chosen if _is_unpredictable(search, k) and heldout.without[search.key(k)] <= heldout.after}
-    if not idle:
-        return heldout
-    rest = _errors_of_predictable(search, search.score(claimed.without(*idle)), model, seed)
-    return replace(rest, without=rest.without | {search.key(k): rest.after for k in idle})
-
-
-def withdraw_useless(search: Search, decided: Claims, model: StripTheory, seed: int) -> tuple[Claims, HeldoutErrors]:
-    """Return the claims that lower the error on held-out recordings, the worst withdrawn first, and the errors with them.
-
-    A claim is withdrawn if it does not lower this error enough (`_falls_enough`): first the one without which the error is lowest, then the
-    next. If the error does not fall enough with all that remain, all are withdrawn. `_exempt_members` stay. After each withdrawal, the
-    others are judged again.
-    """
-    while True:
-        heldout = _errors_of_predictable(search, decided.claimed, model, seed)
-        exempt = _exempt_members(search, decided.claimed, heldout)
-        without = {k: heldout.without[search.key(k)] for k in decided.claimed.chosen if k not in exempt}
-        worst = min(without, key=lambda k: without[k], default=None)
-        if worst is None:
-            return decided, heldout
-        burden = not _falls_enough(without[worst], heldout.after)
-        if not burden and _falls_enough(heldout.before, heldout.after):
-            return decided, heldout
-        before = without[worst] if burden else heldout.before
-        reason = f"the error on held-out {heldout.unit} hardly falls when it is added, from {percent(before)} to {percent(heldout.after)}"
-        decided = _withdraw(search, decided, {worst} if burden else set(without), reason, seed, small=before > heldout.after)
-
-
-def _falls_enough(before: float, after: float) -> bool:
-    """Return whether an error falls by the share RELEVANT, and by as much as the least torque that a claim must move.
-
-        before - after >= RELEVANT before,        sqrt(before^2 - after^2) >= min(RELEVANT, sqrt(FORM) before)
-    """
-    least = min(RELEVANT, float(np.sqrt(FORM)) * before)
-    return before - after >= RELEVANT * before and before**2 - after**2 >= least**2
-
-
-def _withdraw(search: Search, decided: Claims, gone: Set[int], reason: str, seed: int, *, small: bool) -> Claims:
-    """Return the claims without `gone`; the others, and members removed as the form of a claim, are judged again."""
-    keys = set(map(search.key, gone))
-    withdrawn = {decision for decision in decided.decisions if decision.claimed and (decision.effect, decision.joint) in keys}
-    decisions = tuple(replace(decision, claimed=False, reason=reason, small=small) if decision in withdrawn else decision
-                      for decision in decided.decisions)
-    rest = {*decided.claimed.chosen, *decided.as_form} - gone
-    again = decide(search, search.score(sorted(rest)), seed)
-    judged = {(decision.effect, decision.joint) for decision in again.decisions}
-    others = [decision for decision in decisions if (decision.effect, decision.joint) not in judged]
-    return replace(again, decisions=(*others, *again.decisions))

@@ -1,4 +1,4 @@
-"""How much a law gains by chance in this very campaign: draws of the fitted null in Gram space.
+"""How much a law must gain in this very campaign: more than by chance, of which the fitted null is drawn in Gram space.
 
     c = X'W^1/2 e - C'L^-1 (A'W^1/2 e - f) ~ N(0, R),  R = X'WX - C'C,      gain_k = 1/2 [RHO^2 c'(I + RHO^2 R)^-1 c - log|I + RHO^2 R|]
 
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import LEAST_GAIN, NULL_DRAWS, NULL_QUANTILE, RHO
-from nnhydro.diagnosis.model.evidence import added_evidence
+from nnhydro.diagnosis.model.evidence import added_evidence, posterior
 from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.scored_set import ScoredSet
 from nnhydro.diagnosis.search.stepwise import Search
@@ -49,6 +49,25 @@ def null_threshold(search: Search, found: ScoredSet, seed: int) -> float:
     return float(np.quantile(null_gains(search, found, seed), NULL_QUANTILE))
 
 
-def least_gain(library: Library, chance: float, k: int) -> float:
-    """Return the gain, nats, that a claim of hypothesis `k` must exceed where the `null_threshold` is `chance`."""
-    return max(LEAST_GAIN, chance + library.log_expected(k))
+def nats_of_alternatives(search: Search, now: ScoredSet, k: int) -> float:
+    """Return by how many nats all laws in place of member `k` of `now`, itself among them, are more probable than `k`.
+
+        a_k = log sum_i exp(g_i - g_k),    g_i: nats that law i adds to the others, prior included, at the unknown's sizes in the set
+
+    What is expected, friction, counts with even odds: it is more probable than other laws whatever the recordings hold.
+    """
+    library, rest = search.view.library, now.without(k)
+    taken = search.occupied_places(rest)
+    fit = posterior(search.whitened, search.view.join(rest), now.sizes.vector(search.whitened))
+    total = search.view.gains(rest, fit)
+    total += [library.log_prior(i) - library.log_expected(i) for i in range(len(total))]
+    total[[search.place(i) in taken for i in range(len(total))]] = -np.inf
+    return float(np.logaddexp.reduce(total) - total[k]) if np.isfinite(total[k]) else 0.0
+
+
+def least_gain(library: Library, chance: float, k: int, alternatives: float = 0.0) -> float:
+    """Return the gain, nats, that a claim of hypothesis `k` must exceed where the `null_threshold` is `chance`.
+
+    All `alternatives` in its place are more probable than itself by as many nats: of several laws that explain the same, each gains less.
+    """
+    return max(LEAST_GAIN - alternatives, chance + library.log_expected(k))

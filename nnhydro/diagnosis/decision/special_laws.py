@@ -38,12 +38,15 @@ def with_plainer_law(search: Search, found: ScoredSet, k: int) -> ScoredSet:
 def replace_special_laws(search: Search, found: ScoredSet) -> ScoredSet:
     """Return `found` with special laws replaced by plainer ones of their cause where they take no more, or their values are those of it.
 
-    A special law is admitted beside the plain one as any further effect is beside a set.
+    A special law is admitted beside the plain one as any further effect is beside a set. One that gains too little to be claimed takes no
+    other's place.
     """
     for k in found.chosen:
-        plain = with_plainer_law(search, found, k)
+        plain, base = with_plainer_law(search, found, k), search.score(found.without(k))
+        if search.gain(base, plain) <= LEAST_GAIN:
+            continue
         special = found.score > plain.score + LEAST_GAIN and search.admits(plain, found) and _is_special(search, found, k)
-        if plain.chosen != found.without(k) and not special:
+        if not special:
             found = plain
     return found
 

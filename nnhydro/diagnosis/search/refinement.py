@@ -209,14 +209,26 @@ def _exchange(search: Search, best: ScoredSet, finer: Mapping[int, Sequence[Hypo
     return following, now, peaks
 
 
+def _in_other_form(search: Search, single: ScoredSet) -> list[tuple[int, ...]]:
+    """Return the best law of each other form of the effect of `single` that has nonlinear values: it may be best between them."""
+    hypotheses = search.view.library.hypotheses
+    found = hypotheses[single.chosen[0]]
+    forms: dict[tuple[str, ...], list[int]] = {}
+    for i, hypothesis in enumerate(hypotheses):
+        other = tuple(sorted(hypothesis.spans))
+        if hypothesis.key == found.key and other and other != tuple(sorted(found.spans)) and hypothesis.activity is None:
+            forms.setdefault(other, []).append(i)
+    return [max((search.score((i,)) for i in form), key=lambda s: s.score).chosen for form in forms.values()]
+
+
 def with_finer_singles(search: Search, model: StripTheory) -> Search:
-    """Return the search with finer values of the law that is best alone, and of the one that leaves least to the unknown.
+    """Return the search with finer values of the law that is best alone, and of the one that leaves least to the unknown in all its forms.
 
     What a law about zero leaves, others would be found for. A law that leaves less than the best may be better at values between those of
-    the grid.
+    the grid, and so may be another form of its effect.
     """
     singles = search.singles()
     least = min(singles, key=lambda s: s.unknown_nats)  # the best itself where both leave the same
-    for single in dict.fromkeys((singles[0].chosen, least.chosen)):
+    for single in dict.fromkeys((singles[0].chosen, least.chosen, *_in_other_form(search, least))):
         search = refine(search, search.score(single), model).search
     return Search(search.view, search.start, search.report)  # beside others they may have other values: nothing is settled

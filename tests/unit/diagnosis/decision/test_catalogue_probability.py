@@ -5,7 +5,7 @@ import pytest
 from problems import design, law, search, unknown
 
 import nnhydro.diagnosis.decision.catalogue_probability as deciding
-from nnhydro.diagnosis.constants import FEW_NATS, LEAST_GAIN, TRUSTED_RATIO
+from nnhydro.diagnosis.constants import FEW_NATS, FORM, LEAST_GAIN, TRUSTED_RATIO
 from nnhydro.diagnosis.decision import catalogue_probability
 from nnhydro.diagnosis.decision.catalogue_probability import LISTED, listed_probability, share_left_of_form
 from nnhydro.diagnosis.decision.decide import decide
@@ -49,7 +49,7 @@ def left(one):
 def test_the_probability_of_a_special_cause_falls_with_the_share_that_it_leaves(rest):
     one = hidden(rest)
     scatter = scatter_between_recordings(one, one.score((0,)), 0)
-    want = LISTED / (1 + (max(left(one), 0.0) / TRUSTED_RATIO) ** 4 + (scatter / TRUSTED_RATIO) ** 4)
+    want = LISTED / (1 + (max(left(one), 0.0) / FORM) ** 4 + (scatter / TRUSTED_RATIO) ** 4)
     assert one.nats_of_unknown(one.score((0,)), [0]) > FEW_NATS
     assert listed_probability(one, one.score((0,)), 0) == pytest.approx(want)
 
@@ -59,7 +59,7 @@ def test_the_larger_scatter_of_the_size_counts(monkeypatch, recordings, parts):
     one = hidden(0.001)
     monkeypatch.setattr(catalogue_probability, "scatter_between_recordings", lambda *given: recordings)
     monkeypatch.setattr(catalogue_probability, "scatter_between_parts", lambda *given: parts)
-    share = max(left(one), 0.0) / TRUSTED_RATIO
+    share = max(left(one), 0.0) / FORM
     want = LISTED / (1 + share**4 + (0.3 / TRUSTED_RATIO) ** 4)
     assert listed_probability(one, one.score((0,)), 0) == pytest.approx(want)
 
