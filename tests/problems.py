@@ -34,6 +34,7 @@ class Law:
     lines: dict = field(default_factory=dict)
     log_tried: float = 0.0
     sense: Callable[[np.ndarray], bool] = lambda values: True
+    tells_its_values: bool = True
 
     @property
     def key(self):
@@ -190,7 +191,7 @@ def special_beside_plain(sense):
     return one, one.score((1,))
 
 
-LAWS = tuple(law(f"law_{k}") for k in range(8))
+EIGHT = tuple(law(f"law_{k}") for k in range(8))
 
 
 def columns(of, k=8, seed=50):
@@ -198,7 +199,7 @@ def columns(of, k=8, seed=50):
     return np.random.default_rng(seed).standard_normal((*of.y.shape, k))
 
 
-def with_planted(values, seed=0, laws=LAWS, **keys):
+def with_planted(values, seed=0, laws=EIGHT, **keys):
     """A search on a design in which the first laws act with `values`."""
     of = design(seed, groups=8, rows=30, **keys)
     X = columns(of, sum(law.width for law in laws))

@@ -5,6 +5,7 @@ A constant that one module alone uses stands there, with its reason.
 
 RHO = 0.3  # prior standard deviation of an effect in shares of the torque, at least: all that the baseline leaves, where that is more
 FORM = 0.1  # relative model error of any effect: published laws of one effect differ by a tenth in form
+LATE = 0.015  # s: timing error of any effect, by which its values are off: the delay of an ordinary motor drive's filter
 NU = 8.0  # prior observations that pull a noise level towards its neighbours: eight determine a variance to a factor of 2
 SMALLEST_SIZE = 1e-3  # share of the torque below which an unknown counts as none
 MOST_EFFECTS = 6  # most effects in one campaign: a longer list of causes is no explanation

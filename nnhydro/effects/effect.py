@@ -106,6 +106,10 @@ class Effect(ParametricTerm):
         """Return the effect for joints whose rms `rates` (joints,) are these, rad/s; itself where no rate matters."""
         return self
 
+    def at_reynolds(self, low: float, high: float) -> Self:
+        """Return the effect for water that passes the links at Reynolds numbers `low` to `high`; itself where none matters."""
+        return self
+
     def plausible(self) -> bool:
         """Return whether the values, each within its bounds, are possible together; an impossible mechanism is not claimed."""
         return True

@@ -20,7 +20,7 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from nnhydro.diagnosis.constants import FORM, MODEL_ERROR, NU
+from nnhydro.diagnosis.constants import FORM, LATE, MODEL_ERROR, NU
 from nnhydro.diagnosis.model.evidence import Columns, Posterior, WhiteRows, posterior
 from nnhydro.diagnosis.model.sizes import Sizes, fit_sizes
 from nnhydro.diagnosis.model.unknown import Unknown
@@ -114,6 +114,16 @@ def _cells(design: Design, bands: Bands, x: Array) -> Array:
 def energy_to_explain(design: Design) -> Array:
     """Return the mean squares (n, joints) a band of what the baseline alone leaves."""
     return _cells(design, Bands.of_design(design), design.excess**2)
+
+
+def form_variance(design: Design) -> Array:
+    """Return the variance (n, joints) of a law that is off by FORM of what there is to explain, and late by LATE.
+
+        min(FORM^2 + (2 pi f LATE)^2, 1) E(f),    as tau(t - d) - tau(t) = -i 2 pi f d tau
+    """
+    share = FORM**2 + (2 * np.pi * np.maximum(design.problem.frequency, 0) * LATE) ** 2
+    made: Array = np.minimum(share, 1.0)[:, None] * energy_to_explain(design)
+    return made
 
 
 def _numerics(design: Design, bands: Bands) -> Array:

@@ -20,6 +20,7 @@ from nnhydro.diagnosis.problem.baseline import Baseline
 from nnhydro.diagnosis.problem.columns import columns_on, disagreement
 from nnhydro.diagnosis.problem.free_machines import require_motion, scale_direction, shares_of_largest
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, enumerate_hypotheses
+from nnhydro.diagnosis.problem.motion_range import MotionRange
 from nnhydro.diagnosis.problem.problem import Problem, Stretch
 from nnhydro.fitting.linear.least_squares import ridge
 from nnhydro.fitting.linear.statistics import columns_and_offset
@@ -283,11 +284,8 @@ def hypotheses_for(design: Design, without: Sequence[str] = ()) -> tuple[Hypothe
     """
     measured = [np.abs(stretch.segment.tau).max(axis=0) for stretch in design.problem.stretches if stretch.segment.tau is not None]
     segments = [stretch.segment for stretch in design.problem.stretches]
-    angles, rates = (np.concatenate([getattr(segment, name)[segment.keep] for segment in segments]) for name in ("q", "qd"))
     made = enumerate_hypotheses(design.problem.arm, tuple(np.max(measured, axis=0).tolist()), without, not design.undriven,
-                                tuple(np.ptp(angles, axis=0).tolist()), tuple(angles.mean(axis=0).tolist()),
-                                tuple(np.sqrt((rates**2).mean(axis=0)).tolist()), tuple(np.abs(rates).min(axis=0).tolist()),
-                                tuple((np.minimum(rates.max(axis=0), -rates.min(axis=0)) > 0.1 * np.abs(rates).max(axis=0)).tolist()))
+                                MotionRange.of(design.problem))
     longest = max((float(np.ptp(segment.t)) for segment in segments if not segment.steady), default=0.0)
     band, excited = (WAVE_PERIODS / longest if longest > 0 else 0.0, design.problem.edge), design.excited
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from nnhydro.diagnosis.problem.activity import ActivityWindow
+from nnhydro.diagnosis.problem.motion_range import MotionRange
 from nnhydro.effects.catalogue import candidates, catalogue
 from nnhydro.effects.effect import Effect, InstrumentEffect, LoadEffect
 from nnhydro.models.strip_theory import StripTheory
@@ -21,6 +22,7 @@ from nnhydro.recordings.arm import Arm
 AnyEffect = LoadEffect | InstrumentEffect
 Span = tuple[float, float]
 Key = tuple[str, int]
+NOT_KNOWN = MotionRange()
 LONG_GRID, COUNTED_GRID = 9, 50  # lengths of a grid between which every second value is tried at first; longer ones count teeth
 
 
@@ -79,6 +81,11 @@ class Hypothesis:
         if type(self.effect).plausible is Effect.plausible:
             return True
         return self.with_values(torch.from_numpy(np.array(values, dtype=float))).plausible()
+
+    @property
+    def tells_its_values(self) -> bool:
+        """Whether its quantities are the linear values themselves, and not what follows from them."""
+        return type(self.effect).quantities is Effect.quantities and not self.spans
 
     def with_values(self, values: Tensor) -> AnyEffect:
         """Return the effect with linear `values` (at least p,) in the order of its columns."""
@@ -143,16 +150,26 @@ def _thin(points: Sequence[AnyEffect], grids: Mapping[str, Sequence[float]]) -> 
     return [point for point in points if all(getattr(point, name)[0] in values for name, values in coarse.items() if getattr(point, name))]
 
 
+def _about_means(effect: AnyEffect, motion: MotionRange) -> AnyEffect:
+    """Return the effect as a law about the mean angles and Reynolds numbers of the campaign."""
+    effect = effect.centre(motion.means) if motion.means else effect
+    return effect if motion.reynolds is None else effect.at_reynolds(*motion.reynolds)
+
+
+def _shows(effect: AnyEffect, motion: MotionRange) -> bool:
+    """Return whether a joint turns far enough and slowly enough for the effect to show."""
+    j = effect.joint - 1
+    far = not motion.angles or effect.narrowest() <= motion.angles[j]
+    return j < 0 or (far and (not motion.slowest or effect.slowest() >= motion.slowest[j]))
+
+
 def enumerate_hypotheses(arm: Arm, peaks: tuple[float, ...], without: Sequence[str] = (), driven: bool = True,
-                         ranges: tuple[float, ...] = (), means: tuple[float, ...] = (),
-                         rates: tuple[float, ...] = (), slowest: tuple[float, ...] = (),
-                         reverses: tuple[bool, ...] = ()) -> tuple[Hypothesis, ...]:
+                         motion: MotionRange = NOT_KNOWN) -> tuple[Hypothesis, ...]:
     """Return every hypothesis that makes sense for the arm; `peaks` (joints,) N m, the largest torques measured.
 
-    `ranges` (joints,) rad are the joints' ranges of angle: what is periodic shows in one period at least. `means` are their
-    mean angles, about which laws of the angle are written, `rates` their rms rates, rad/s, `slowest` their lowest, and `reverses` says
-    which turn both ways. Where the arm is not
-    `driven`, no effect that acts on a drive or its sensor can show: these are left out. Some are of free bodies alone.
+    What is periodic in an angle shows in one period at least. Laws of an angle are written about its mean, those of the Reynolds number
+    about its mean in the campaign. Where the arm is not `driven`, no effect that acts on a drive or its sensor can show: these are left
+    out. Some are of free bodies alone.
     """
     made: list[Hypothesis] = []
     for cls in catalogue().values():
@@ -160,13 +177,13 @@ def enumerate_hypotheses(arm: Arm, peaks: tuple[float, ...], without: Sequence[s
             continue
         scaled = {name: tuple(share * max(peaks) for share in grid) if name in cls.torque_scaled else grid
                   for name, grid in cls.grids().items()}
-        points = [point.centre(means) if means else point
-                  for point in candidates(cls, arm, peaks, rates) if isinstance(point, LoadEffect | InstrumentEffect)]
+        points = [_about_means(point, motion)
+                  for point in candidates(cls, arm, peaks, motion.rates) if isinstance(point, LoadEffect | InstrumentEffect)]
         points = points if cls.torque_scaled else _thin(points, scaled)
-        points = [point for point in points if not (ranges and point.joint) or point.narrowest() <= ranges[point.joint - 1]]
-        points = [point for point in points if not (slowest and point.joint) or point.slowest() >= slowest[point.joint - 1]]
+        points = [point for point in points if _shows(point, motion)]
         for point in points:
-            details = _details(point, ranges, reverses if driven else (False,) * arm.n_links)  # a free body's zero of the angle looks alike
+            reverses = motion.reverses if driven else (False,) * arm.n_links  # the zero of a free body's angle looks like presliding
+            details = _details(point, motion.angles, reverses)
             grids = cls.grids() | {name: (0.0, *values) for name, values in details.items()}
             same = [other for other in points if other.joint == point.joint]
             for effect in _shapes(point, details):

@@ -6,8 +6,8 @@ something left over):
 
     C_i -> C_i max(1, [H^-1 (sum_g s_g s_g') H^-1]_ii G / (G - 1) / C_ii),   s_g = D_g' r_g,  g the recordings, blocks where they are few
 
-It is at least the posterior under the noise of the evidence and an error of FORM of what there is to explain. It also includes the effect
-of a smooth error of the model's form, which is the same in every recording and so causes no scatter:
+It is at least the posterior under the noise of the evidence and an error of the law's form and timing (FORM, LATE). It also includes the
+effect of a smooth error of the model's form, which is the same in every recording and so causes no scatter:
 
     C -> C + H^-1 D'W Phi T^2 Phi'W D H^-1,     T: an unknown of MODEL_ERROR of the torque and of as much as it makes of the rest
 
@@ -26,9 +26,9 @@ import torch
 from numpy.typing import NDArray
 
 from nnhydro.conventions import Z95
-from nnhydro.diagnosis.constants import FEW_NATS, FORM, MODEL_ERROR
+from nnhydro.diagnosis.constants import FEW_NATS, MODEL_ERROR
 from nnhydro.diagnosis.model.sizes import Sizes
-from nnhydro.diagnosis.noise.spectrum import energy_to_explain
+from nnhydro.diagnosis.noise.spectrum import form_variance
 from nnhydro.diagnosis.problem.hypothesis import AnyEffect
 from nnhydro.diagnosis.search.best_fit import BestFit, best_fit
 from nnhydro.diagnosis.search.scored_set import LARGE_START, ScoredSet
@@ -98,11 +98,11 @@ def _smooth_share(found: ScoredSet, fit: BestFit) -> float:
 
 
 def _covariance(search: Search, found: ScoredSet, fit: BestFit, at: Index) -> Array:
-    """Return the covariance of the coefficients `at` of `fit`, at least that over the noise of the evidence and an error of FORM."""
+    """Return the covariance of the coefficients `at` of `fit`, at least that over noise and the law's error of form and timing."""
     mine = np.searchsorted(fit.coefficients, at)
     whole = fit.posterior.covariance(fit.coefficients)
     covariance = whole[np.ix_(mine, mine)]
-    noisier = fit.whitened.v / (search.whitened.v + FORM**2 * energy_to_explain(fit.whitened.design))
+    noisier = fit.whitened.v / (search.whitened.v + form_variance(fit.whitened.design))
     H = np.einsum("njk,nj,njl->kl", fit.rows, noisier, fit.rows, optimize=True) + np.diag(fit.posterior.scale[fit.coefficients] ** -2.0)
     wanted = np.maximum(_scatter(search, fit, whole, mine), np.diag(np.linalg.inv(H))[mine])
     widening = np.sqrt(np.maximum(wanted / np.maximum(np.diag(covariance), 1e-300), 1.0))
@@ -169,14 +169,14 @@ def intervals_of_scale(effect: AnyEffect, spans: Mapping[str, Interval], spread:
 
 
 def says_nothing(search: Search, found: ScoredSet, k: int) -> bool:
-    """Return whether member `k` has nonlinear values and the interval of each of its sizes holds 0.
+    """Return whether the interval of each size of member `k` holds 0, where its sizes are not simply its linear values.
 
     A size is a quantity that is 0 where the linear values are: that a wall lies in some direction does not say whether there is one.
     """
-    tangents, h = tangents_of(search, found), search.view.library.hypotheses[k]
-    if tangents is None or not len(tangents.at(k)):
+    h = search.view.library.hypotheses[k]
+    if h.tells_its_values:
         return False
-    values = values_of(search, found, k, tangents)
+    values = values_of(search, found, k, tangents_of(search, found))
     spans = quantity_intervals(h.with_values(torch.from_numpy(values.mean.copy())), values)
     absent = h.with_values(torch.zeros(len(values.mean), dtype=torch.float64)).quantities()
     sizes = [span for name, span in spans.items() if absent[name].value == 0]

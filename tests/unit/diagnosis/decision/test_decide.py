@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from problems import LAWS, columns, design, law, search, unknown, with_planted
+from problems import EIGHT, columns, design, law, search, unknown, with_planted
 
 from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, LEAVES, NULL_DRAWS, NULL_QUANTILE, PRECISE, RELEVANT
 from nnhydro.diagnosis.decision import decide as deciding
@@ -46,10 +46,10 @@ def test_laws_that_take_little_from_the_unknown_one_by_one_are_found_together_be
         rng = np.random.default_rng(100 + seed)
         of = design(seed, groups=8, rows=60, noise=0.02)
         smooth = unknown(of).Phi
-        X = np.einsum("nm,mjk->njk", smooth, rng.standard_normal((smooth.shape[1], 2, len(LAWS))))
+        X = np.einsum("nm,mjk->njk", smooth, rng.standard_normal((smooth.shape[1], 2, len(EIGHT))))
         X /= np.sqrt((X**2).mean(axis=(0, 1)))
         of.y = of.y + X[..., :5] @ np.array([0.5, -0.5, 0.5, -0.5, 0.5]) + 0.1 * smooth[:, :2]
-        one = search(of, LAWS, X, level=0.02**2)
+        one = search(of, EIGHT, X, level=0.02**2)
         alone = [one.score((k,)).unknown_nats / one.score(()).unknown_nats for k in range(5)]
         assert np.median(alone) > LEAVES, "hardly a law is plain alone"
         assert decide(one, one.run(), 0).claimed.chosen == (0, 1, 2, 3, 4)
@@ -58,12 +58,12 @@ def test_laws_that_take_little_from_the_unknown_one_by_one_are_found_together_be
 def test_what_another_joint_holds_does_not_silence_a_law_that_takes_all_of_its_own():
     of = design(4, groups=8, rows=60, noise=0.02)
     smooth = unknown(of).Phi
-    X = np.zeros((*of.y.shape, len(LAWS)))
-    X[:, 0] = smooth @ np.random.default_rng(7).standard_normal((smooth.shape[1], len(LAWS)))
+    X = np.zeros((*of.y.shape, len(EIGHT)))
+    X[:, 0] = smooth @ np.random.default_rng(7).standard_normal((smooth.shape[1], len(EIGHT)))
     X /= np.sqrt((X**2).mean(axis=(0, 1)))
     of.y = of.y + 0.3 * X[..., 0]
     of.y[:, 1] += 6.0 * np.tanh(smooth[:, 0]) * smooth[:, 4]
-    one = search(of, LAWS, X, level=0.02**2)
+    one = search(of, EIGHT, X, level=0.02**2)
     none, alone = one.score(()), one.score((0,))
     assert alone.unknown_nats > LEAVES * none.unknown_nats, "most remains, at the other joint"
     assert one.nats_of_unknown(alone, [0]) < 0.1 * one.nats_of_unknown(none, [0])
@@ -87,7 +87,7 @@ def test_what_imitates_a_cause_leaves_before_it_where_the_cause_alone_explains_m
     X = columns(of)
     X[..., 1] = X[..., 0] + 0.8 * X[..., 3]
     of.y = of.y + 0.6 * X[..., 0] + 0.1 * X[..., 3]
-    one = search(of, LAWS, X)
+    one = search(of, EIGHT, X)
     monkeypatch.setattr(deciding, "listed_probability", lambda search, found, k: 0.1 if k == 0 and len(found.chosen) > 1 else 1.0)
     decided = decide(one, one.score((0, 1)), 0)
     assert decided.claimed.chosen == (0,)
@@ -107,11 +107,11 @@ def test_a_small_law_without_which_claims_fall_is_no_error_of_their_form(monkeyp
 def test_a_member_that_is_not_admitted_leaves_the_others_standing():
     of = design(2, groups=8, rows=60, noise=0.02)
     smooth = unknown(of).Phi
-    X = np.einsum("nm,mjk->njk", smooth, np.random.default_rng(5).standard_normal((smooth.shape[1], 2, len(LAWS))))
-    X[..., 3:] = columns(of, len(LAWS) - 3)  # no functions of the state: they take nothing from the unknown
+    X = np.einsum("nm,mjk->njk", smooth, np.random.default_rng(5).standard_normal((smooth.shape[1], 2, len(EIGHT))))
+    X[..., 3:] = columns(of, len(EIGHT) - 3)  # no functions of the state: they take nothing from the unknown
     X /= np.sqrt((X**2).mean(axis=(0, 1)))
     of.y = of.y + X[..., :4] @ np.array([0.5, -0.5, 0.5, 0.02]) + 0.2 * smooth[:, :2] ** 2
-    one = search(of, LAWS, X, level=0.02**2)
+    one = search(of, EIGHT, X, level=0.02**2)
     full = one.score((0, 1, 2, 3))
     assert full.score > one.score((0, 1, 2)).score
     assert not one.admits(one.score((0, 1, 2)), full)
@@ -130,7 +130,7 @@ def test_a_law_may_be_predicted_worse_in_some_recordings_by_a_tenth_of_what_it_g
 
 
 def test_a_law_whose_values_make_no_sense_together_is_not_claimed():
-    laws = (law("law_0", sense=lambda values: values[0] < 0), *LAWS[1:])
+    laws = (law("law_0", sense=lambda values: values[0] < 0), *EIGHT[1:])
     one = with_planted([0.6], laws=laws)
     assert decide(one, one.run(), 0).claimed.chosen == ()
     one = with_planted([-0.6], laws=laws)
@@ -147,7 +147,7 @@ def test_the_largest_gain_of_chance_stays_below_its_threshold_in_99_of_100_campa
     for seed in range(of):
         one = with_planted([], seed + 1000)
         empty = one.score(())
-        largest = max(one.view.gains((), empty.fit) + np.array([one.view.library.log_prior(k) for k in range(len(LAWS))]))
+        largest = max(one.view.gains((), empty.fit) + np.array([one.view.library.log_prior(k) for k in range(len(EIGHT))]))
         above += largest > null_threshold(one, empty, seed)
     assert above <= 5, f"{above} of {of}: one is expected, more than 5 in 1 of 1,500 tests"
 
@@ -160,7 +160,7 @@ def test_draws_of_the_null_have_the_mean_that_gains_have_under_it():
     seen = []
     for seed in range(60):
         other = with_planted([], seed + 2000)
-        prior = np.array([other.view.library.log_prior(k) for k in range(len(LAWS))])
+        prior = np.array([other.view.library.log_prior(k) for k in range(len(EIGHT))])
         seen.append((other.view.gains((), other.score(()).fit) + prior).max())
     spread = np.sqrt(np.var(drawn) / len(drawn) + np.var(seen) / len(seen))
     assert abs(np.mean(seen) - drawn.mean()) < 4 * spread
@@ -174,7 +174,7 @@ def test_more_laws_that_could_gain_by_chance_raise_the_threshold():
 
 @pytest.mark.parametrize(("value", "claimed"), [(0.6, True), (-0.6, False)])
 def test_a_value_beyond_its_physical_bounds_is_not_claimed(value, claimed):
-    one = with_planted([value], laws=(law("law_0", limits=((0.0, np.inf),)), *LAWS[1:]))
+    one = with_planted([value], laws=(law("law_0", limits=((0.0, np.inf),)), *EIGHT[1:]))
     assert (0 in decide(one, one.run(), 0).claimed.chosen) == claimed
 
 
@@ -183,7 +183,7 @@ def test_what_hardly_moves_the_torque_is_claimed_only_where_it_makes_much_of_wha
     of = design(1, groups=400, rows=30, noise=noise)
     X = columns(of)
     of.y = of.y + 0.5 * RELEVANT * X[..., 0]
-    one = search(of, LAWS, X, level=noise**2)
+    one = search(of, EIGHT, X, level=noise**2)
     decided = decide(one, one.score((0,)), 0)
     assert decided.claimed.chosen == claimed
     if not claimed:
@@ -194,7 +194,7 @@ def test_less_than_the_form_of_the_largest_claim_is_not_claimed_beside_it():
     of = design(1, groups=8, rows=30, noise=1e-4)
     X = columns(of)
     of.y = of.y + 0.8 * X[..., 0] + 0.3 * FORM * X[..., 1]
-    one = search(of, LAWS, X, level=1e-8)
+    one = search(of, EIGHT, X, level=1e-8)
     assert decide(one, one.score((0, 1)), 0).claimed.chosen == (0,)
     assert torque_shares(one, one.score((0, 1)))[1] == pytest.approx(0.3 * FORM, rel=0.1)
 
@@ -210,7 +210,7 @@ def test_a_value_that_might_as_well_be_0_is_not_claimed():
 
 
 def test_what_may_be_the_form_of_another_is_judged_once_that_one_has_been(monkeypatch):
-    one = with_planted([0.5, 0.45], laws=(law("law_0", predictable_share=0.0), *LAWS[1:]))
+    one = with_planted([0.5, 0.45], laws=(law("law_0", predictable_share=0.0), *EIGHT[1:]))
     both = one.score((0, 1))
     alone = decide(one, both, 0)
     assert alone.claimed.chosen == (0,), "all of the other may be the form of what can be predicted in no part"
@@ -222,10 +222,10 @@ def test_what_may_be_the_form_of_another_is_judged_once_that_one_has_been(monkey
 def test_of_two_laws_that_explain_the_same_the_one_that_is_possible_is_claimed(fails, monkeypatch):
     """Each gains little beside the other: whichever leaves first, the impossible one must not take the other with it."""
     of = design(0, groups=8, rows=30)
-    X = columns(of, len(LAWS))
+    X = columns(of, len(EIGHT))
     X[..., 1] = X[..., 0] + 0.02 * X[..., 1]
     of.y = of.y + 0.3 * (X[..., 0] + X[..., 1])
-    one = search(of, LAWS, X)
+    one = search(of, EIGHT, X)
     both = one.score((0, 1))
     assert all(one.gain(one.score((k,)), both) < LEAST_GAIN for k in (0, 1))
     possible = deciding.values_of
@@ -235,10 +235,10 @@ def test_of_two_laws_that_explain_the_same_the_one_that_is_possible_is_claimed(f
 
 def test_a_member_that_gains_little_beside_a_claimed_one_is_not_judged_without_it():
     of = design(0, groups=8, rows=30)
-    X = columns(of, len(LAWS))
+    X = columns(of, len(EIGHT))
     X[..., 1] = X[..., 0] + 0.3 * X[..., 1]
     of.y = of.y + 0.6 * X[..., 0]
-    one, known = search(of, LAWS, X), {}
+    one, known = search(of, EIGHT, X), {}
     assert decide(one, one.score((0, 1)), 0, known=known).claimed.chosen == (0,)
     assert {chosen for chosen, *_ in known} == {(0, 1), (0,)}
 
@@ -276,7 +276,7 @@ def test_what_has_values_of_each_recording_s_own_is_no_wave_where_the_recordings
     resembles = of.Y[..., 0] + wave
     of.y = of.y + size * (own * of.Y[..., 0] + (1 - own) * resembles)
     X = np.concatenate([resembles[..., None], rng.standard_normal((*of.y.shape, 2))], axis=2)
-    one = search(of, (law("wave", per_recording=True), *LAWS[:2]), X, level=0.1**2)
+    one = search(of, (law("wave", per_recording=True), *EIGHT[:2]), X, level=0.1**2)
     told = decide(one, one.score((0,)), 0)
     assert (told.claimed.chosen == (0,)) is claimed
     assert claimed or "fitted to each recording alone would gain more" in told.decisions[0].reason
@@ -292,7 +292,7 @@ def test_what_acts_in_some_recordings_is_no_law_where_the_recordings_own_masses_
     size = np.repeat(np.concatenate([[1.0, -0.6, 0.5, 1.0], rng.standard_normal(4)]), 40)[:, None]
     of.y = of.y + own * size * of.Y[..., 0] + (1 - own) * acts * resembles
     X = np.concatenate([(acts * resembles)[..., None], rng.standard_normal((*of.y.shape, 2))], axis=2)
-    one = search(of, (law("pump", activity=ActivityWindow(("run0", "run3"))), *LAWS[:2]), X, level=0.1**2)
+    one = search(of, (law("pump", activity=ActivityWindow(("run0", "run3"))), *EIGHT[:2]), X, level=0.1**2)
     told = decide(one, one.score((0,)), 0)
     assert (told.claimed.chosen == (0,)) is claimed
     assert claimed or "fitted to each recording alone would gain more" in told.decisions[0].reason

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from problems import LAWS, design, law, search, with_planted
+from problems import EIGHT, design, law, search, with_planted
 
 from nnhydro.diagnosis.decision import decide as deciding
 from nnhydro.diagnosis.decision import withdrawal
@@ -69,7 +69,7 @@ def claim_all(monkeypatch):
 def left_of(errors, monkeypatch):
     """Which of three claims stay where `errors` gives the error on held-out recordings with a set of them."""
     of = design(0, groups=6, rows=20)
-    one = search(of, LAWS[:3], np.random.default_rng(1).standard_normal((*of.y.shape, 3)))
+    one = search(of, EIGHT[:3], np.random.default_rng(1).standard_normal((*of.y.shape, 3)))
 
     def measure_errors(search, found, model, seed):
         rest = {search.key(k): errors[tuple(x for x in found.chosen if x != k)] for k in found.chosen}

@@ -9,11 +9,11 @@ import pytest
 from diagnosed import ARM, campaign, made
 from problems import design, unknown
 
-from nnhydro.diagnosis.constants import FORM, MODEL_ERROR, NU, SMALLEST_SIZE
+from nnhydro.diagnosis.constants import FORM, LATE, MODEL_ERROR, NU, SMALLEST_SIZE
 from nnhydro.diagnosis.model.evidence import Columns, WhiteRows, posterior
 from nnhydro.diagnosis.model.sizes import Sizes, none
 from nnhydro.diagnosis.model.unknown import unknown_of
-from nnhydro.diagnosis.noise.spectrum import Bands, _leverage, calibrated_noise, first_noise, reestimate, white_noise
+from nnhydro.diagnosis.noise.spectrum import Bands, _leverage, calibrated_noise, first_noise, form_variance, reestimate, white_noise
 from nnhydro.diagnosis.problem.baseline import baseline_of
 from nnhydro.diagnosis.problem.design import design_of
 from nnhydro.diagnosis.problem.problem import problem_of
@@ -150,6 +150,24 @@ def test_a_friction_that_is_stated_is_known_to_a_tenth_in_form():
     more = first_noise(stated).numerics - first_noise(of).numerics
     still = (of.problem.frequency == 0) & (of.problem.group_of == 0)
     np.testing.assert_allclose(more[still], FORM**2 * (stated.stated_friction[still] ** 2).mean(), rtol=1e-9)
+
+
+def test_a_law_may_be_off_by_a_tenth_in_form_and_late_by_the_delay_of_a_drive():
+    """tau(t - d) - tau(t) = -i 2 pi f d tau: the variance of a delay grows with the square of the frequency."""
+    of = long(10)
+    f, got, bands = of.problem.frequency, form_variance(of), first_noise(of).bands
+    for rows in (f == 0, bands.of == bands.count - 1):
+        at = rows & (of.problem.group_of == 0)
+        np.testing.assert_allclose(got[at], (FORM**2 + (2 * np.pi * f[at, None] * LATE) ** 2) * (of.excess[at] ** 2).mean(), rtol=1e-9)
+
+
+def test_no_law_is_late_by_more_than_all_of_itself():
+    of = long(11)
+    of.problem.frequency = 100 * of.problem.frequency
+    bands = first_noise(of).bands
+    cell = (bands.of == bands.count - 1) & (of.problem.group_of == 0)
+    assert 2 * np.pi * of.problem.frequency[cell].min() * LATE > 1
+    np.testing.assert_allclose(form_variance(of)[cell], (of.excess[cell] ** 2).mean(), rtol=1e-9)
 
 
 def test_the_level_of_a_band_is_drawn_to_that_of_its_neighbours_as_if_these_had_been_seen_so_often():

@@ -12,6 +12,7 @@ from rigs import arm
 
 from nnhydro.diagnosis.problem.activity import ActivityWindow, Sector
 from nnhydro.diagnosis.problem.hypothesis import Hypothesis, _half_way, enumerate_hypotheses, grid_neighbours, refine_grid
+from nnhydro.diagnosis.problem.motion_range import MotionRange
 from nnhydro.effects.catalogue import catalogue, effect_of_id
 from nnhydro.effects.effect import InstrumentEffect
 from nnhydro.physics.flow import Flow
@@ -41,7 +42,7 @@ def test_recordings_are_told_apart_by_values_of_their_own_or_by_acting_in_some_o
     (True, (True, True), {1, 2}), (True, (True, False), {1}), (False, (True, True), set())])
 def test_friction_that_differs_between_the_directions_is_tried_where_a_driven_joint_turns_both_ways(driven, reverses, tried):
     """One way only it is the same as a larger friction, and on a body that swings freely as another zero of its angle."""
-    laws = enumerate_hypotheses(arm(2), PEAKS, driven=driven, reverses=reverses)
+    laws = enumerate_hypotheses(arm(2), PEAKS, driven=driven, motion=MotionRange(reverses=reverses))
     assert {h.key[1] for h in laws if h.key[0] == "viscous_friction" and any(h.effect.asymmetry)} == tried
     assert {h.key[1] for h in laws if h.key[0] == "viscous_friction"} == {1, 2}
 
@@ -78,25 +79,34 @@ def test_every_hypothesis_stands_between_its_neighbours_and_counts_the_values_tr
 
 def test_a_ripple_is_tried_where_it_comes_again_within_the_range_of_the_angles():
     """In a quarter of a turn, eight periods a turn come twice, seven do not."""
-    laws = [h.effect for h in enumerate_hypotheses(arm(1), (5.0,), ranges=(1.001 * np.pi / 2,)) if h.key[0] == "torque_ripple"]
+    turned = MotionRange(angles=(1.001 * np.pi / 2,))
+    laws = [h.effect for h in enumerate_hypotheses(arm(1), (5.0,), motion=turned) if h.key[0] == "torque_ripple"]
     assert min(law.periods[0] for law in laws) == 8.0
 
 
 def test_a_joint_that_moves_little_and_slowly_bends_less_and_loses_its_grip_at_lower_rates():
     def tried(**of):
         """Bendings and speeds of Stribeck's law that are tried."""
-        laws = [h.effect for h in enumerate_hypotheses(arm(1), (5.0,), **of) if h.key[0] == "stribeck_friction"]
+        laws = [h.effect for h in enumerate_hypotheses(arm(1), (5.0,), motion=MotionRange(**of)) if h.key[0] == "stribeck_friction"]
         return [np.array(sorted({law.bending[0] for law in laws if law.bending} - {0.0})), np.array(sorted({law.speed[0] for law in laws}))]
 
-    usual, slow, fast = tried(), tried(ranges=(0.1,), rates=(0.05,)), tried(ranges=(3.0,), rates=(2.0,))
+    usual, slow, fast = tried(), tried(angles=(0.1,), rates=(0.05,)), tried(angles=(3.0,), rates=(2.0,))
     for a, b, c in zip(usual, slow, fast, strict=True):
         np.testing.assert_allclose(b, 0.1 * a)
         np.testing.assert_array_equal(c, a)
 
 
+def test_drag_over_the_reynolds_number_is_written_about_the_mean_of_those_in_the_campaign():
+    motion = MotionRange(reynolds=(40.0, 4000.0))
+    laws = [h.effect for h in enumerate_hypotheses(arm(1), (5.0,), motion=motion) if h.key[0] == "reynolds_drag"]
+    assert {(law.lowest, law.highest) for law in laws} == {(40.0, 4000.0)}
+    assert "about 400 it changes" in laws[0].statement()
+
+
 @pytest.mark.parametrize(("slowest", "speeds"), [(0.0, 5), (0.3, 3), (10.0, 0)])
 def test_a_grip_that_is_lost_below_the_slowest_row_is_not_tried(slowest, speeds):
-    laws = [h.effect for h in enumerate_hypotheses(arm(1), (5.0,), slowest=(slowest,)) if h.key[0] == "stribeck_friction"]
+    motion = MotionRange(slowest=(slowest,))
+    laws = [h.effect for h in enumerate_hypotheses(arm(1), (5.0,), motion=motion) if h.key[0] == "stribeck_friction"]
     tried = sorted({law.speed[0] for law in laws})
     assert len(tried) == speeds
     assert all(2 * speed >= slowest for speed in tried)

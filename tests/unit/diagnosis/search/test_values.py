@@ -7,7 +7,7 @@ from oscillations import with_oscillation
 from problems import design, law, search, unknown, with_values
 from rigs import arm
 
-from nnhydro.diagnosis.constants import FEW_NATS, FORM, MODEL_ERROR, RHO
+from nnhydro.diagnosis.constants import FEW_NATS, FORM, LATE, MODEL_ERROR, RHO
 from nnhydro.diagnosis.model.evidence import WhiteRows
 from nnhydro.diagnosis.model.sizes import without_unknown
 from nnhydro.diagnosis.noise.spectrum import Bands
@@ -59,12 +59,13 @@ def form_by_hand(one, D, inverse):
 
 
 def wider_by_hand(one, D):
-    """The covariance of the coefficients where noise has errors of FORM of what there is to explain, too, by rows."""
+    """The covariance of the coefficients where noise has errors of form and timing of what there is to explain, too, by rows."""
     design, white = one.whitened.design, one.whitened
     bands = Bands.of_design(design).of
     E = np.array([[(design.excess[(design.problem.group_of == g) & (bands == b), j] ** 2).mean() for j in range(design.y.shape[1])]
                   for g, b in zip(design.problem.group_of, bands, strict=True)])
-    flat = (D * np.sqrt(white.v / (white.v + FORM**2 * E))[..., None]).reshape(-1, D.shape[2])
+    share = FORM**2 + (2 * np.pi * design.problem.frequency[:, None] * LATE) ** 2
+    flat = (D * np.sqrt(white.v / (white.v + share * E))[..., None]).reshape(-1, D.shape[2])
     return np.linalg.inv(flat.T @ flat + np.diag([1.0] * white.p + [RHO**-2] * (D.shape[2] - white.p)))
 
 
