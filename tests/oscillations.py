@@ -55,8 +55,6 @@ def oscillation(frequency, damping, per_recording=False):
 
     @dataclass(frozen=True, eq=False)
     class Oscillation(type(base)):
-        tells_its_values: bool = False
-
         def with_values(self, values):
             return self.effect.with_linear(values)
 

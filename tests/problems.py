@@ -34,7 +34,6 @@ class Law:
     lines: dict = field(default_factory=dict)
     log_tried: float = 0.0
     sense: Callable[[np.ndarray], bool] = lambda values: True
-    tells_its_values: bool = True
 
     @property
     def key(self):

@@ -13,10 +13,10 @@ import numpy as np
 from nnhydro.diagnosis.calibration.rehearsal import limit_confidence, rehearse
 from nnhydro.diagnosis.constants import DETECTED, MATERIAL, NULL_QUANTILE
 from nnhydro.diagnosis.corrected_model import corrected_model, trained_on, with_record
+from nnhydro.diagnosis.decision.alternative_laws import replace_special_laws
 from nnhydro.diagnosis.decision.decide import Claims, decide
 from nnhydro.diagnosis.decision.heldout_errors import HeldoutErrors, noise_error
 from nnhydro.diagnosis.decision.other_bands import FACTORS, OtherBand, claims_at
-from nnhydro.diagnosis.decision.special_laws import replace_special_laws
 from nnhydro.diagnosis.decision.withdrawal import withdraw_useless
 from nnhydro.diagnosis.experiment.proposal import Proposal, next_experiment
 from nnhydro.diagnosis.experiment.rig_limits import Limits

@@ -16,7 +16,8 @@ import numpy as np
 
 from nnhydro.diagnosis.calibration.injection import predict_whitened, with_torque
 from nnhydro.diagnosis.constants import LEAST_GAIN
-from nnhydro.diagnosis.findings.equivalence import EQUIVALENT_COSINE, rivals_of
+from nnhydro.diagnosis.decision.alternative_laws import EQUIVALENT_COSINE
+from nnhydro.diagnosis.findings.equivalence import rivals_of
 from nnhydro.diagnosis.findings.finding import Finding
 from nnhydro.diagnosis.problem.hypothesis import Key
 from nnhydro.diagnosis.search.scored_set import ScoredSet

@@ -4,7 +4,7 @@ A member k of the best set S is claimed if it passes six tests.
 
 1. Gain: its gain exceeds LEAST_GAIN, the gain of chance in this campaign, and the gain that an error in the form of a larger claim l makes:
        gain(S less k, S) > max(LEAST_GAIN - a_k, q99 + o_k, max_l max(FORM, 1 - p_l)^2 gain_l)
-   p_l: predictable share of l's torque (its card);  o_k: log prior odds of friction;  a_k: nats of alternatives (decision.null_draws)
+   p_l: predictable share of l's torque (its card);  o_k: log prior odds of friction;  a_k: nats of alternatives (decision.alternative_laws)
    If the card of l lists k as a possible confusion, FORM gain_l is required, except of the standard terms of a joint. A law that takes as
    much from the unknown as l, and leaves FORM of it at most, is exempt from both. A member without which other claims fail is one
    explanation with them: it need only be more probable than not.
@@ -32,13 +32,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, LEAVES, PRECISE
+from nnhydro.diagnosis.decision.alternative_laws import nats_of_alternatives, with_plainer_law
 from nnhydro.diagnosis.decision.catalogue_probability import listed_probability
 from nnhydro.diagnosis.decision.form_error import form_bars
 from nnhydro.diagnosis.decision.heldout import log_densities
-from nnhydro.diagnosis.decision.null_draws import least_gain, nats_of_alternatives, null_threshold
+from nnhydro.diagnosis.decision.null_draws import least_gain, null_threshold
 from nnhydro.diagnosis.decision.other_frequencies import share_elsewhere
 from nnhydro.diagnosis.decision.parameters_per_recording import nats_of_parameters_per_recording
-from nnhydro.diagnosis.decision.special_laws import with_plainer_law
 from nnhydro.diagnosis.problem.design import relevant_share
 from nnhydro.diagnosis.search.best_fit import best_fit
 from nnhydro.diagnosis.search.scored_set import ScoredSet

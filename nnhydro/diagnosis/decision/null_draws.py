@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import LEAST_GAIN, NULL_DRAWS, NULL_QUANTILE, RHO
-from nnhydro.diagnosis.model.evidence import added_evidence, posterior
+from nnhydro.diagnosis.model.evidence import added_evidence
 from nnhydro.diagnosis.search.library import Library
 from nnhydro.diagnosis.search.scored_set import ScoredSet
 from nnhydro.diagnosis.search.stepwise import Search
@@ -47,22 +47,6 @@ def null_gains(search: Search, found: ScoredSet, seed: int) -> Array:
 def null_threshold(search: Search, found: ScoredSet, seed: int) -> float:
     """Return the quantile of the largest chance gain, nats."""
     return float(np.quantile(null_gains(search, found, seed), NULL_QUANTILE))
-
-
-def nats_of_alternatives(search: Search, now: ScoredSet, k: int) -> float:
-    """Return by how many nats all laws in place of member `k` of `now`, itself among them, are more probable than `k`.
-
-        a_k = log sum_i exp(g_i - g_k),    g_i: nats that law i adds to the others, prior included, at the unknown's sizes in the set
-
-    What is expected, friction, counts with even odds: it is more probable than other laws whatever the recordings hold.
-    """
-    library, rest = search.view.library, now.without(k)
-    taken = search.occupied_places(rest)
-    fit = posterior(search.whitened, search.view.join(rest), now.sizes.vector(search.whitened))
-    total = search.view.gains(rest, fit)
-    total += [library.log_prior(i) - library.log_expected(i) for i in range(len(total))]
-    total[[search.place(i) in taken for i in range(len(total))]] = -np.inf
-    return float(np.logaddexp.reduce(total) - total[k]) if np.isfinite(total[k]) else 0.0
 
 
 def least_gain(library: Library, chance: float, k: int, alternatives: float = 0.0) -> float:

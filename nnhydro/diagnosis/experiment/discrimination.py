@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, MODEL_ERROR, RHO
-from nnhydro.diagnosis.decision.special_laws import parameter_count
+from nnhydro.diagnosis.decision.alternative_laws import EQUIVALENT_COSINE, parameter_count
 from nnhydro.diagnosis.experiment.motions import CandidateMotion
-from nnhydro.diagnosis.findings.equivalence import EQUIVALENT_COSINE, EQUIVALENT_SHARE, rivals_of
+from nnhydro.diagnosis.findings.equivalence import EQUIVALENT_SHARE, rivals_of
 from nnhydro.diagnosis.noise.spectrum import Noise
 from nnhydro.diagnosis.problem.columns import columns_on
 from nnhydro.diagnosis.problem.design import Design

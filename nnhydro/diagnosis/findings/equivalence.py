@@ -6,14 +6,12 @@ from typing import final
 import numpy as np
 
 from nnhydro.diagnosis.constants import FORM, LEAST_GAIN
+from nnhydro.diagnosis.decision.alternative_laws import EQUIVALENT_COSINE, cosine_of_torques, parameter_count, signal_count
 from nnhydro.diagnosis.decision.catalogue_probability import listed_probability
-from nnhydro.diagnosis.decision.special_laws import parameter_count, signal_count
 from nnhydro.diagnosis.problem.hypothesis import Key
 from nnhydro.diagnosis.search.scored_set import ScoredSet
 from nnhydro.diagnosis.search.stepwise import Search
-from nnhydro.fitting.linear.least_squares import ridge
 
-EQUIVALENT_COSINE = 1 - 2 * FORM**2  # cosine of visible torques from which two effects are one: each may be off by FORM, oppositely
 EQUIVALENT_SHARE = FORM / 2  # share of a finding's gain; an effect of equal torque that is behind by less is equivalent
 
 
@@ -47,17 +45,6 @@ def replace_by_simpler(search: Search, found: ScoredSet) -> ScoredSet:
             least = min(parameter_count(search, n) for n in near)
             found = max((search.score((*rest, n)) for n in near if parameter_count(search, n) == least), key=lambda s: s.score)
     return found
-
-
-def _cosine(search: Search, found: ScoredSet, k: int, there: ScoredSet, other: int) -> float:
-    """The cosine between the torques of the two, the baseline projected out."""
-    whitened = search.view.whitened
-    torques = []
-    for scored, number in ((found, k), (there, other)):
-        u = search.view.columns(number).Xw @ scored.fit.mean[scored.places(search.view)[number]]
-        torques.append((u - whitened.Y @ ridge(whitened.Y.reshape(u.size, whitened.p), u.ravel())).ravel())
-    a, b = torques
-    return float(abs(a @ b) / max(float(np.linalg.norm(a) * np.linalg.norm(b)), 1e-300))
 
 
 def _resembling(search: Search, base: ScoredSet, k: int) -> list[int]:
@@ -94,7 +81,7 @@ def rivals_of(search: Search, found: ScoredSet, k: int) -> tuple[float, list[Riv
     total = 1.0 + floor + weights.sum()
     made = []
     for scored, number, deficit, weight in zip(sets, numbers, deficits, weights.tolist(), strict=True):
-        cosine = _cosine(search, found, k, scored, number)
+        cosine = cosine_of_torques(search, found, k, scored, number)
         no_wider = parameter_count(search, number) <= parameter_count(search, k)  # a general law holds the finding's own
         alike = no_wider and cosine > EQUIVALENT_COSINE and deficit < EQUIVALENT_SHARE * max(search.gain(base, found), 0.0)
         equivalent = search.admits(base, scored) and (deficit < LEAST_GAIN or alike)

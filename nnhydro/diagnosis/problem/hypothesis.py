@@ -82,11 +82,6 @@ class Hypothesis:
             return True
         return self.with_values(torch.from_numpy(np.array(values, dtype=float))).plausible()
 
-    @property
-    def tells_its_values(self) -> bool:
-        """Whether its quantities are the linear values themselves, and not what follows from them."""
-        return type(self.effect).quantities is Effect.quantities and not self.spans
-
     def with_values(self, values: Tensor) -> AnyEffect:
         """Return the effect with linear `values` (at least p,) in the order of its columns."""
         return self.effect.with_linear(values[: len(self.effect.linear_names())])

@@ -169,14 +169,14 @@ def intervals_of_scale(effect: AnyEffect, spans: Mapping[str, Interval], spread:
 
 
 def says_nothing(search: Search, found: ScoredSet, k: int) -> bool:
-    """Return whether the interval of each size of member `k` holds 0, where its sizes are not simply its linear values.
+    """Return whether member `k` has nonlinear values and the interval of each of its sizes holds 0.
 
     A size is a quantity that is 0 where the linear values are: that a wall lies in some direction does not say whether there is one.
     """
-    h = search.view.library.hypotheses[k]
-    if h.tells_its_values:
+    tangents, h = tangents_of(search, found), search.view.library.hypotheses[k]
+    if tangents is None or not len(tangents.at(k)):
         return False
-    values = values_of(search, found, k, tangents_of(search, found))
+    values = values_of(search, found, k, tangents)
     spans = quantity_intervals(h.with_values(torch.from_numpy(values.mean.copy())), values)
     absent = h.with_values(torch.zeros(len(values.mean), dtype=torch.float64)).quantities()
     sizes = [span for name, span in spans.items() if absent[name].value == 0]

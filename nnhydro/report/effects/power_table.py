@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from nnhydro.diagnosis.findings.equivalence import EQUIVALENT_COSINE
+from nnhydro.diagnosis.decision.alternative_laws import EQUIVALENT_COSINE
 from nnhydro.errors import count_text
 from nnhydro.sheet import Column, Sheet, percent
 

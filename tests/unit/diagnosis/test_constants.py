@@ -9,7 +9,7 @@ from scipy.stats import chi2, expon
 
 from nnhydro.diagnosis import constants
 from nnhydro.diagnosis.constants import DETECTED, FORM, LEAST_GAIN, NU, NULL_DRAWS, NULL_QUANTILE, RELEVANT
-from nnhydro.diagnosis.findings.equivalence import EQUIVALENT_COSINE
+from nnhydro.diagnosis.decision.alternative_laws import EQUIVALENT_COSINE
 
 NAMES = sorted(name for name in vars(constants) if name.isupper())
 

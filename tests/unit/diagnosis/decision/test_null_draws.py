@@ -5,7 +5,7 @@ import pytest
 from problems import design, law, search
 
 from nnhydro.diagnosis.constants import LEAST_GAIN, RHO
-from nnhydro.diagnosis.decision.null_draws import least_gain, nats_of_alternatives, null_gains
+from nnhydro.diagnosis.decision.null_draws import least_gain, null_gains
 
 SEEDS = 12
 
@@ -32,26 +32,3 @@ def test_what_is_expected_gains_by_chance_as_at_even_odds_and_must_exceed_that_b
     assert np.array_equal(*drawn)
     assert [least_gain(expected.view.library, 2.0, k) for k in (0, 1)] == [2.0 + LEAST_GAIN, LEAST_GAIN]
     assert [least_gain(expected.view.library, 5.0, k) for k in (0, 1)] == [5.0 + LEAST_GAIN, 5.0]
-
-
-def test_laws_that_explain_the_same_gain_together_what_one_of_them_would_gain_alone():
-    """Four laws of one torque share the prior odds that one of them would have alone; a law of another torque adds nothing."""
-    of = design(5, groups=8, rows=30)
-    X = np.random.default_rng(6).standard_normal((*of.y.shape, 2))
-    of.y = of.y + 0.6 * X[..., 0]
-    one, four = search(of, (law("a"), law("b")), X), search(of, (*(law(f"a{k}") for k in range(4)), law("b")), X[..., [0, 0, 0, 0, 1]])
-    alone, among = one.score((0,)), four.score((0,))
-    assert nats_of_alternatives(one, alone, 0) == pytest.approx(0.0, abs=0.01)
-    assert nats_of_alternatives(four, among, 0) == pytest.approx(np.log(4), abs=0.01)
-    assert nats_of_alternatives(four, four.score((0, 4)), 0) == pytest.approx(np.log(4), abs=0.01)
-    library = four.view.library
-    assert [least_gain(library, 0.5, 0, nats) for nats in (0.0, 1.0, 9.0)] == [LEAST_GAIN, LEAST_GAIN - 1.0, 0.5]
-
-
-def test_friction_is_no_alternative_for_its_odds_alone():
-    """Friction in every joint has odds of 20 beforehand; that it resembles nothing of what a law explains is no evidence for the law."""
-    of = design(5, groups=8, rows=30)
-    X = np.random.default_rng(6).standard_normal((*of.y.shape, 2))
-    of.y = of.y + 0.6 * X[..., 0]
-    one = search(of, (law("a"), law("friction", standard=True, everywhere=True)), X)
-    assert nats_of_alternatives(one, one.score((0,)), 0) < 0.1
