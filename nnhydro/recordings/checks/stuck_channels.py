@@ -13,6 +13,7 @@ FROZEN_ROWS = 10
 FREE = "nothing drives this machine"
 STOP = 5  # rows over which a speed is taken
 JUMP = 5.0  # times the largest step elsewhere
+SWITCHES, LEVELS = 1 / 3, 20  # share of the rows at which a command changes at most, and how many values it takes
 
 
 def _frozen_rows(x: Array, dt: float) -> list[tuple[int, int]]:
@@ -49,6 +50,11 @@ def _by_step(x: Array, span: tuple[int, int]) -> bool:
     """Whether `x` goes on after the span by its smallest step: a coarse channel keeps a value where what it measures turns back."""
     after = x[span[1]] if span[1] < len(x) else np.inf
     return bool(abs(after - x[span[0]]) < 1.5 * quantum(x))
+
+
+def _is_held(x: Array) -> bool:
+    """Whether `x` switches between few values and holds each, as a command does; a sensor of a moving arm changes from row to row."""
+    return len(x) < 2 or bool(np.mean(np.diff(x) != 0) < SWITCHES and len(np.unique(x)) <= LEVELS)
 
 
 @check
@@ -95,9 +101,9 @@ class StuckTorque(RecordingCheck):
             if spans:
                 span = max(spans, key=lambda s: s[1] - s[0])
                 what = f"keeps exactly {x[span[0]]:.4g} N m while the arm moves by {self._range_moved(reading, span):.2g} rad"
-                always = span == (0, len(x)) and x[0] != 0
-                yield Oddity(reading.name, "note" if always else "warning", f"{reading.arm.column('tau', joint + 1)}, {rows(*span)}", what,
-                             self.commanded if always else self.remedy)
+                command = _is_held(np.delete(x, np.s_[span[0]:span[1] - 1])) and x[span[0]] != 0
+                yield Oddity(reading.name, "note" if command else "warning", f"{reading.arm.column('tau', joint + 1)}, {rows(*span)}", what,
+                             self.commanded if command else self.remedy)
 
     def _range_moved(self, reading: Reading, span: tuple[int, int]) -> float:
         q = reading.recording.q[slice(*span)]

@@ -373,6 +373,18 @@ def test_a_torque_held_in_a_whole_recording_is_a_command_until_the_user_says_oth
     assert "command to the drive" in oddity.message
 
 
+@pytest.mark.parametrize(("every", "severity"), [(7, "note"), (1, "warning")], ids=["a switched voltage", "a sensor"])
+def test_a_torque_that_switches_between_values_is_a_command_and_one_that_changes_from_row_to_row_is_not(every: int, severity: str):
+    def held(c: Columns) -> Mapping[str, np.ndarray]:
+        x = np.random.default_rng(1).choice([-0.5, 0.5, 0.25], len(c["t_s"]))[np.arange(len(c["t_s"])) // every]
+        x[151:300] = 0.4
+        return {"tau1_Nm": x}
+
+    oddity = next(o for o in survey(campaign(held)).oddities if o.check == "stuck_torque")
+    assert oddity.severity == severity
+    assert ("command to the drive" in oddity.message) is (severity == "note")
+
+
 @pytest.mark.parametrize(("after", "said"), [(0.25, False), (0.5, True)], ids=["by one of its steps", "by more"])
 def test_a_coarse_torque_that_goes_on_by_one_of_its_steps_is_not_stuck(after: float, said: bool):
     def held(c: Columns) -> Mapping[str, np.ndarray]:
