@@ -43,9 +43,9 @@ def _print_arm(found: Survey) -> None:
     if found.links:
         show(tips_sheet(found))
     if found.floor is not None:
-        std = ", ".join(f"{x:.2g}" for x in found.floor.std)
-        say(joint_text(f"Repeats: a perfect model would score {found.floor.error:.3g} (sum|error| / sum|torque|); noise {std} N m "
-                       "(joint 1, 2, ...).", found.sliding))
+        std = ", ".join(f"{x:.2g} N m at joint {j}" for j, x in enumerate(found.floor.std, 1))
+        say(joint_text(f"Repeats: a perfect model would score {found.floor.error:.3g} (sum|error| / sum|torque|); noise {std}.",
+                       found.sliding))
 
 
 def print_survey(found: Survey, campaign: str) -> None:
