@@ -52,7 +52,7 @@ def _by_step(x: Array, span: tuple[int, int]) -> bool:
     return bool(abs(after - x[span[0]]) < 1.5 * quantum(x))
 
 
-def _is_held(x: Array) -> bool:
+def _is_command(x: Array) -> bool:
     """Whether `x` switches between few values and holds each, as a command does; a sensor of a moving arm changes from row to row."""
     return len(x) < 2 or bool(np.mean(np.diff(x) != 0) < SWITCHES and len(np.unique(x)) <= LEVELS)
 
@@ -101,7 +101,7 @@ class StuckTorque(RecordingCheck):
             if spans:
                 span = max(spans, key=lambda s: s[1] - s[0])
                 what = f"keeps exactly {x[span[0]]:.4g} N m while the arm moves by {self._range_moved(reading, span):.2g} rad"
-                command = _is_held(np.delete(x, np.s_[span[0]:span[1] - 1])) and x[span[0]] != 0
+                command = _is_command(np.delete(x, np.s_[span[0]:span[1] - 1])) and x[span[0]] != 0
                 yield Oddity(reading.name, "note" if command else "warning", f"{reading.arm.column('tau', joint + 1)}, {rows(*span)}", what,
                              self.commanded if command else self.remedy)
 
