@@ -3,6 +3,7 @@
 Linear parameters enter the torque in proportion; the others shape its columns, and a search over them starts from their `grid`.
 """
 
+import math
 from collections.abc import Hashable, Sequence
 from dataclasses import MISSING, Field, dataclass, field, fields, replace
 from functools import cache
@@ -57,6 +58,11 @@ class ParametricTerm:
                 object.__setattr__(self, declaration.name, tuple(float(v) for v in values))
             except (TypeError, ValueError) as cause:
                 raise ModelError(f"term {self.kind!r}: {declaration.name} = {values!r} is not a list of numbers") from cause
+        for option in self.options():
+            value = getattr(self, option.name)
+            if option.type in (float, "float"):
+                finite = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+                require(finite, f"term {self.kind!r}: {option.name} = {value!r} is not a finite number", ModelError)
 
     @classmethod
     def parameters(cls) -> tuple["Field[Any]", ...]:

@@ -8,6 +8,7 @@ import torch
 from torch import Tensor
 
 from nnhydro.effects.effect import LoadEffect, Signature, Values, effect, parameter
+from nnhydro.errors import ModelError, require
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.strips import Strips
 from nnhydro.physics.travel.term import strip_columns, unit_drag
@@ -49,6 +50,11 @@ class ReynoldsDrag(LoadEffect):
                               linear=False, grid=(0.07, 0.2), absent=True)
     lowest: float = LOWEST  # Reynolds numbers beyond which C_D is constant: those of the campaign
     highest: float = HIGHEST
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require(0 < self.lowest <= self.highest,
+                f"reynolds_drag: Reynolds numbers from {self.lowest:g} to {self.highest:g}: lowest > 0, highest not below it", ModelError)
 
     @classmethod
     def at_start(cls, arm: Arm, **options: Any) -> "ReynoldsDrag":
