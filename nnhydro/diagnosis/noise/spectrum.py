@@ -6,6 +6,8 @@ S, sigma by restricted maximum likelihood with the unknown and the selected effe
 
     S_j(b) <- S_j(b) sum a r^2/v / sum a (1 - h),     a = (own part of v) / v,  shrunk by NU observations towards its neighbours
 
+A band of few rows is at most as high as a random walk through the next one above.
+
 E is the sum of the mean squares of the baseline's torque and of what it leaves: strips and interpolation err by as much at random, so that
 rigs with little noise are not judged on details. F is that of the friction that arm.yaml states, which is known to FORM in form. An error
 in the form of a law that is found is smooth instead: it is the unknown's.
@@ -51,6 +53,23 @@ class Bands:
         """Return the spectrum S (joints, bands) on the rows, (n, joints)."""
         log = np.log(S)
         made: Array = np.exp((1 - self.share) * log[:, self.low] + self.share * log[:, self.high]).T
+        return made
+
+    def within_random_walk(self, S: Array, means: bool) -> Array:
+        """Return the spectrum S (bands,) in which a band of fewer than NU rows is at most as high as a random walk through the next above.
+
+            S(f) <= S(f') (f' / f)^2
+
+        Few rows do not tell noise from what is missing, and no usual noise is steeper. With `means` it also holds of the means of blocks,
+        at half the lowest frequency: where nothing is driven, no sensor has an offset.
+        """
+        made, count = S.copy(), np.bincount(self.of, minlength=self.count)
+        moving = np.flatnonzero(self.centre > 0)
+        first = int(moving[0]) if len(moving) else self.count
+        f = np.where(self.centre > 0, self.centre, self.centre[first] / 2 if len(moving) else 1.0)
+        for k in range(self.count - 2, first - 2 if means and first > 0 else first - 1, -1):
+            if count[k] < NU:
+                made[k] = min(made[k], made[k + 1] * (f[k + 1] / f[k]) ** 2)
         return made
 
     @staticmethod
@@ -192,7 +211,7 @@ def reestimate(design: Design, noise: Noise, whitened: WhiteRows, columns: Colum
         smooth = np.convolve(np.pad(level * below, 1, mode="edge"), [1, 1, 1], "valid") / np.maximum(
             np.convolve(np.pad(below, 1, mode="edge"), [1, 1, 1], "valid"), 1e-12)
         S[j] = np.exp((below * level + NU * smooth) / (below + NU))
-        S[j] = np.maximum(S[j], floor[j])
+        S[j] = np.maximum(bands.within_random_walk(S[j], design.undriven), floor[j])
     for j in range(joints):
         top = np.bincount(noise.group, share[:, j] * r[:, j] ** 2, len(sigma2))
         below = np.bincount(noise.group, share[:, j] * (1 - h[:, j]), len(sigma2))

@@ -61,3 +61,5 @@ def test_friction_is_no_alternative_for_its_odds_alone():
     of.y = of.y + 0.6 * X[..., 0]
     one = search(of, (law("a"), law("friction", standard=True, everywhere=True)), X)
     assert nats_of_alternatives(one, one.score((0,)), 0) < 0.1
+    same = search(of, (law("a"), law("friction", standard=True, everywhere=True)), X[..., [0, 0]])
+    assert nats_of_alternatives(same, same.score((0,)), 0) == pytest.approx(np.log(1 + 2), abs=0.01), "even odds, the law's are 1 of 2"

@@ -13,7 +13,17 @@ from nnhydro.diagnosis.constants import FORM, LATE, MODEL_ERROR, NU, SMALLEST_SI
 from nnhydro.diagnosis.model.evidence import Columns, WhiteRows, posterior
 from nnhydro.diagnosis.model.sizes import Sizes, none
 from nnhydro.diagnosis.model.unknown import unknown_of
-from nnhydro.diagnosis.noise.spectrum import Bands, _leverage, calibrated_noise, first_noise, form_variance, reestimate, white_noise
+from nnhydro.diagnosis.noise.spectrum import (
+    Bands,
+    _leverage,
+    calibrated_noise,
+    energy_to_explain,
+    first_noise,
+    form_variance,
+    reestimate,
+    white_noise,
+    with_form_error,
+)
 from nnhydro.diagnosis.problem.baseline import baseline_of
 from nnhydro.diagnosis.problem.design import design_of
 from nnhydro.diagnosis.problem.problem import problem_of
@@ -204,6 +214,27 @@ def test_what_the_noise_of_the_motion_makes_of_the_torque_is_in_the_variance_fro
     vars(shaken)["input_variance"] = quiet.input_variance + extra
     for noise in (first_noise, white_noise):
         np.testing.assert_allclose(noise(shaken).v - noise(quiet).v, extra, rtol=1e-6)
+
+
+def test_few_rows_are_no_steeper_noise_than_a_random_walk():
+    count = [4, 5, 6, 40]  # rows of the means, and of bands at 1, 2 and 4 Hz
+    of = np.repeat(np.arange(4), count)
+    bands = Bands(of, np.array([0.0, 1.0, 2.0, 4.0]), of, of, np.zeros(len(of)))
+    steep, flat = np.array([900.0, 500.0, 60.0, 1.0]), np.array([2.0, 3.0, 0.5, 1.0])
+    np.testing.assert_allclose(bands.within_random_walk(steep, True), [64.0, 16.0, 4.0, 1.0])
+    np.testing.assert_allclose(bands.within_random_walk(steep, False), [900.0, 16.0, 4.0, 1.0], err_msg="a sensor's zero may move")
+    np.testing.assert_array_equal(bands.within_random_walk(flat, True)[1:], np.minimum(flat[1:], [2.0, 4.0, 1.0]))
+    many = np.repeat(np.arange(4), 40)
+    sure = Bands(many, bands.centre, many, many, np.zeros(len(many)))
+    np.testing.assert_array_equal(sure.within_random_walk(steep, True), steep, err_msg="as many rows as that tell how steep it is")
+
+
+def test_an_error_of_form_counts_as_noise_only_until_the_noise_is_known():
+    """A large cause in one recording must not be the noise of all; but what is found at last is noise and numerics alone."""
+    of, noise, _ = estimated("noise ratio 3")
+    first = first_noise(of)
+    np.testing.assert_allclose(with_form_error(of, first).v - first.v, FORM**2 * energy_to_explain(of), rtol=1e-9)
+    np.testing.assert_array_equal(noise.numerics, first.numerics)
 
 
 @pytest.mark.parametrize(("name", "ratio"), [("noise ratio 3", 3.0), ("noise ratio 10", 10.0)])
