@@ -11,7 +11,7 @@ from typing import Any, final
 import numpy as np
 
 from nnhydro.diagnosis.calibration.rehearsal import limit_confidence, rehearse
-from nnhydro.diagnosis.constants import DETECTED, MATERIAL, NULL_QUANTILE
+from nnhydro.diagnosis.constants import DETECTED, LEAST_GAIN, MATERIAL, NULL_QUANTILE
 from nnhydro.diagnosis.corrected_model import corrected_model, trained_on, with_record
 from nnhydro.diagnosis.decision.alternative_laws import replace_special_laws
 from nnhydro.diagnosis.decision.decide import Claims, decide
@@ -96,13 +96,22 @@ def _explore(design: Design, without: Sequence[str],
     search = finer.search
     parts = in_parts(search, search.climb(finer.best), model)
     search = parts.search
-    best = replace_by_simpler(search, replace_special_laws(search, parts.best))
-    stale = any(is_stale(search.view, best, k) for k in best.chosen)  # an instrument that came in with the last steps
-    if stale or best.chosen != parts.best.chosen:  # what took a special law's place has no finer values yet
+    plain = replace_special_laws(search, parts.best)
+    best = replace_by_simpler(search, plain)
+    if best.chosen != parts.best.chosen or _has_stale(search, best):  # what took another's place, or came in last, has no finer values yet
+        as_good = best.chosen == plain.chosen or _has_stale(search, plain)
         finer = refine(search, best, model)
-        search = finer.search
-        best = replace_by_simpler(search, replace_special_laws(search, search.climb(finer.best)))
+        search, kept = finer.search, finer.search.score(plain.chosen)
+        if as_good or finer.best.score > kept.score - LEAST_GAIN:
+            best = replace_by_simpler(search, replace_special_laws(search, search.climb(finer.best)))
+        else:  # about its own value the simpler law is another one: a current as fast as the tow is no linear drag
+            best = kept
     return reestimate_noise(search, best, noise), search, best, model
+
+
+def _has_stale(search: Search, found: ScoredSet) -> bool:
+    """Return whether a member is an instrument whose columns are about other values than its own."""
+    return any(is_stale(search.view, found, k) for k in found.chosen)
 
 
 def _refine_claims(search: Search, best: ScoredSet, decided: Claims, model: StripTheory, seed: int) -> tuple[Search, Claims]:

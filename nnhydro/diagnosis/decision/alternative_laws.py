@@ -24,6 +24,15 @@ def signal_count(search: Search, k: int) -> int:
     return len(search.view.library.hypotheses[k].effect.signature.depends_on)
 
 
+def with_narrower_form(search: Search, found: ScoredSet, k: int) -> ScoredSet:
+    """Return `found` with a form of fewer columns of the same law in place of member `k`, else with a plainer law, or without it."""
+    hypotheses, base = search.view.library.hypotheses, search.score(found.without(k))
+    forms = [i for i, hypothesis in enumerate(hypotheses) if hypothesis.key == hypotheses[k].key
+             and hypothesis.width < hypotheses[k].width and hypothesis.activity == hypotheses[k].activity]
+    best = max((search.score((*base.chosen, i)) for i in search.most_gaining(base, forms)), key=lambda s: s.score, default=base)
+    return best if best is not base and search.admits(base, best) else with_plainer_law(search, found, k)
+
+
 def with_plainer_law(search: Search, found: ScoredSet, k: int) -> ScoredSet:
     """Return `found` with a plainer law of the same cause in place of member `k`, or without it where none is admitted.
 

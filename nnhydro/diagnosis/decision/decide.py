@@ -18,10 +18,11 @@ A member k of the best set S is claimed if it passes six tests.
    it also moves FORM of the largest claim, whose error of form may show there.
 6. Catalogue: it is more probable than a similar cause outside the catalogue (decision.catalogue_probability).
 
-Members that fail leave the set, a special law for a plainer one of its cause, and the others are judged again: first the one least
-probably in the catalogue, then the one that gains least. One dismissed as the form of another leaves last, and is judged again when that
-other fails. The set with the higher score is claimed where a member that fails could also stay: without those that share what it explains,
-or because claims fall with it. So a member that gains little beside others is judged again without those of them that fail.
+Members that fail leave the set, a special law for a plainer one of its cause, one with a value beyond a bound for a narrower form of
+itself, and the others are judged again: first the one least probably in the catalogue, then the one that gains least. One dismissed as the
+form of another leaves last, and is judged again when that other fails. The set with the higher score is claimed where a member that fails
+could also stay: without those that share what it explains, or because claims fall with it. So a member that gains little beside others is
+judged again without those of them that fail.
 """
 
 from collections.abc import Iterator
@@ -32,7 +33,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, LEAVES, PRECISE
-from nnhydro.diagnosis.decision.alternative_laws import nats_of_alternatives, with_plainer_law
+from nnhydro.diagnosis.decision.alternative_laws import nats_of_alternatives, with_narrower_form, with_plainer_law
 from nnhydro.diagnosis.decision.catalogue_probability import listed_probability
 from nnhydro.diagnosis.decision.form_error import form_bars
 from nnhydro.diagnosis.decision.heldout import log_densities
@@ -50,6 +51,7 @@ Shares = dict[int, float]
 Known = dict[tuple[tuple[int, ...], frozenset[int], frozenset[int], frozenset[int]], "Claims"]
 LEAST_PROBABLE = 0.5  # probability of a name; below it a cause outside the catalogue is more probable
 EXPLAINED = "a claimed effect explains what it does, and more"
+BEYOND = "a value lies beyond its physical bound"
 IMPROBABLE = "a cause outside the catalogue is more probable: much remains, or the size differs between recordings"
 
 
@@ -133,7 +135,7 @@ def decide(search: Search, best: ScoredSet, seed: int, as_form: frozenset[int] =
         made = decide(search, rests[worst], seed, as_form | {worst}, exact, known, needed)
         rival = (best, exact | {worst}, needed) if _fallen(judged, made) else None
     else:
-        plain = with_plainer_law(search, best, worst)
+        plain = (with_narrower_form if judged[worst].reason == BEYOND else with_plainer_law)(search, best, worst)
         made = decide(search, search.score(sorted({*plain.chosen, *as_form})), seed, frozenset(), exact, known, needed)
         improbable, weak = judged[worst].reason == IMPROBABLE, search.gain(rests[worst], best) <= chance[worst]
         instead = _members_instead(search, best, worst, improbable, made) if improbable or weak else set()
@@ -194,7 +196,7 @@ def _judge(search: Search, now: ScoredSet, rest: ScoredSet, k: int, by_fold: Arr
         precision = _precision(search, now, k)
         yield precision / PRECISE, 1.0, f"its values differ from 0 by {precision:.1f} standard deviations ({PRECISE:.0f} needed)"
         yield 0.0 if says_nothing(search, now, k) else 1.0, 0.5, "the 95 % interval of each of its values contains 0"
-        yield 0.0 if values_of(search, now, k).bounded else 1.0, 0.5, "a value lies beyond its physical bound"
+        yield 0.0 if values_of(search, now, k).bounded else 1.0, 0.5, BEYOND
         differs = search.view.library.hypotheses[k].differs_between_recordings
         most = nats_of_parameters_per_recording(search, rest) if differs else 0.0
         yield gain, most, f"mass, drag and added mass fitted to each recording alone would gain more, {most:.1f} nats"
