@@ -101,11 +101,11 @@ def _explore(design: Design, without: Sequence[str],
     if best.chosen != parts.best.chosen or _has_stale(search, best):  # what took another's place, or came in last, has no finer values yet
         as_good = best.chosen == plain.chosen or _has_stale(search, plain)
         finer = refine(search, best, model)
-        search, kept = finer.search, finer.search.score(plain.chosen)
-        if as_good or finer.best.score > kept.score - LEAST_GAIN:
+        search, first = finer.search, finer.search.score(plain.chosen)
+        if as_good or finer.best.score > first.score - LEAST_GAIN:
             best = replace_by_simpler(search, replace_special_laws(search, search.climb(finer.best)))
         else:  # about its own value the simpler law is another one: a current as fast as the tow is no linear drag
-            best = kept
+            best = first
     return reestimate_noise(search, best, noise), search, best, model
 
 

@@ -6,7 +6,12 @@ from problems import design, law, search, special_beside_plain
 
 from nnhydro.diagnosis.constants import LEAST_GAIN
 from nnhydro.diagnosis.decision import decide as decision
-from nnhydro.diagnosis.decision.alternative_laws import nats_of_alternatives, replace_special_laws, with_plainer_law
+from nnhydro.diagnosis.decision.alternative_laws import (
+    nats_of_alternatives,
+    replace_special_laws,
+    with_narrower_form,
+    with_plainer_law,
+)
 from nnhydro.diagnosis.decision.decide import decide
 from nnhydro.diagnosis.decision.null_draws import least_gain
 
@@ -30,6 +35,19 @@ def test_a_special_law_that_fails_leaves_its_place_to_the_plain_one(monkeypatch)
     assert decide(one, found, 0).claimed.chosen == (1,)
     monkeypatch.setattr(decision, "listed_probability", lambda search, found, k: 0.9 if k == 0 else 0.1)
     assert decide(one, found, 0).claimed.chosen == (0,)
+
+
+def test_a_law_with_a_value_beyond_its_bound_leaves_its_place_to_a_narrower_form_of_itself():
+    of = design(0, groups=8, rows=30)
+    X = np.random.default_rng(50).standard_normal((*of.y.shape, 3))
+    X[..., 2] = X[..., 0]  # the wide form has the column of the narrow one, and another
+    of.y = of.y + X @ [1.0, 0.4, 0.0]
+    laws = law("drag", 2, limits=((-9.0, 9.0), (-0.2, 0.2))), law("drag", 1, limits=((-9.0, 9.0),))
+    one = search(of, laws, X)
+    assert with_narrower_form(one, one.score((0,)), 0).chosen == (1,)
+    decided = decide(one, one.score((0,)), 0)
+    assert decided.claimed.chosen == (1,)
+    assert with_narrower_form(one, one.score((1,)), 1).chosen == (), "there is no narrower one"
 
 
 def test_a_law_without_a_plainer_one_leaves():
