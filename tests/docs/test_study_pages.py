@@ -44,7 +44,8 @@ def test_the_page_of_real_rigs_has_every_stored_rig():
 def test_the_page_of_real_rigs_counts_the_varied_trials_and_the_wrong_names_as_stored():
     of, out = results("real_rigs/varied.json")["count"], results("real_rigs/family_out.json")["summary"]
     text = " ".join(page("real_rigs").split())
-    assert f"Of {sum(of.values())} trials, {of['right']} are right, {of['half']} is half right, and {of.get('wrong', 0)} are wrong." in text
+    assert f"Of {sum(of.values())} trials, {of['right']} are right, {of['silent']} has no name, and {of['wrong']} is wrong." in text
+    assert sum(of.values()) == of["right"] + of["silent"] + of["wrong"]
     assert f"raised an alarm on {out['an alarm']} rigs, and gave {out['a wrong name']} a wrong name" in text
 
 
