@@ -64,8 +64,8 @@ def test_the_law_is_about_the_mean_Reynolds_number_and_constant_beyond_what_was_
     assert "about 10000 it changes" in law.statement()
 
 
-@pytest.mark.parametrize("options", [{"lowest": "low"}, {"highest": float("nan")}, {"lowest": True}, {"lowest": 0.0},
-                                     {"lowest": 3e4, "highest": 2e4}, {"highest": None}])
+@pytest.mark.parametrize("options", [{"lowest": "low"}, {"highest": float("nan")}, {"highest": float("inf")}, {"lowest": True},
+                                     {"lowest": 0.0}, {"lowest": 3e4, "highest": 2e4}, {"highest": None}])
 def test_a_model_file_whose_Reynolds_numbers_are_no_range_is_refused(options):
     document = replace(made("reynolds_drag", arm(1), slope=(0.3,), bend=(0.0,), turn=())).document()
     document["options"] |= options

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import cache
+from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
@@ -227,6 +228,20 @@ def test_few_rows_are_no_steeper_noise_than_a_random_walk():
     many = np.repeat(np.arange(4), 40)
     sure = Bands(many, bands.centre, many, many, np.zeros(len(many)))
     np.testing.assert_array_equal(sure.within_random_walk(steep, True), steep, err_msg="as many rows as that tell how steep it is")
+
+
+@pytest.mark.parametrize("undriven", [True, False])
+def test_what_is_missing_in_a_record_of_few_rows_is_no_noise(undriven):
+    """Seven rows of which the slowest are 100 times as large: a random walk is louder there, but by far less."""
+    of = design(3, groups=1, rows=7, joints=1, noise=0.01)
+    of.undriven = undriven
+    large = np.array([10.0, 10.0, 0, 0, 0, 0, 0])[:, None]
+    of.y, of.excess = of.y + large, of.excess + large
+    noise = rounds(of, first_noise(of))
+    S, f = noise.S[0], noise.bands.centre
+    for low, high in pairwise(np.flatnonzero(f > 0)):
+        assert S[low] <= S[high] * (f[high] / f[low]) ** 2 * (1 + 1e-9)
+    assert (S[0] <= 4 * S[1] * (1 + 1e-9)) == undriven, "only the zero of a torque sensor may move"
 
 
 def test_an_error_of_form_counts_as_noise_only_until_the_noise_is_known():
