@@ -70,6 +70,7 @@ class Recording:
     origin: Origin = Origin()
     steps: tuple[str, ...] = ()  # what has been done to it since it was read, in order
     stamps: Array | None = None  # (n,) s, the times as they stand in the file, where some of them repeat there
+    integrated: bool = False  # whether the angles were computed from the rates: they are no measurement of their own
 
     def __post_init__(self) -> None:
         _freeze(self)

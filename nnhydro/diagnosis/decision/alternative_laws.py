@@ -3,8 +3,6 @@
 import numpy as np
 
 from nnhydro.diagnosis.constants import FORM, LEAST_GAIN
-from nnhydro.diagnosis.model.evidence import posterior
-from nnhydro.diagnosis.problem.hypothesis import Key
 from nnhydro.diagnosis.search.scored_set import ScoredSet
 from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.diagnosis.search.values import values_of
@@ -82,26 +80,3 @@ def cosine_of_torques(search: Search, found: ScoredSet, k: int, there: ScoredSet
         torques.append((u - whitened.Y @ ridge(whitened.Y.reshape(u.size, whitened.p), u.ravel())).ravel())
     a, b = torques
     return float(abs(a @ b) / max(float(np.linalg.norm(a) * np.linalg.norm(b)), 1e-300))
-
-
-def nats_of_alternatives(search: Search, now: ScoredSet, k: int) -> float:
-    """Return by how many nats all laws that explain what member `k` of `now` does, itself among them, are more probable than `k`.
-
-        a_k = log sum_i exp(g_i - g_k),    g_i: nats that law i adds to the others, prior included, at the unknown's sizes in the set
-
-    They are the laws of its effect, and the best one of each other effect with the same torque to a cosine of EQUIVALENT_COSINE. What is
-    expected, friction, counts with even odds: it is more probable than other laws whatever the recordings hold.
-    """
-    library, rest = search.view.library, now.without(k)
-    taken = search.occupied_places(rest)
-    total = search.view.gains(rest, posterior(search.whitened, search.view.join(rest), now.sizes.vector(search.whitened)))
-    total += [library.log_prior(i) - library.log_expected(i) for i in range(len(total))]
-    if not np.isfinite(total[k]):
-        return 0.0
-    same = [i for i in range(len(total)) if search.key(i) == search.key(k)]
-    best: dict[Key, int] = {}
-    for i in np.argsort(-total).tolist():
-        if total[i] > total[k] - LEAST_GAIN and search.key(i) != search.key(k) and search.place(i) not in taken:
-            best.setdefault(search.key(i), i)
-    alike = [i for i in best.values() if cosine_of_torques(search, now, k, search.score((*rest, i)), i) > EQUIVALENT_COSINE]
-    return float(np.logaddexp.reduce(total[same + alike]) - total[k])

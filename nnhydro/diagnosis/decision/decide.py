@@ -3,11 +3,11 @@
 A member k of the best set S is claimed if it passes six tests.
 
 1. Gain: its gain exceeds LEAST_GAIN, the gain of chance in this campaign, and the gain that an error in the form of a larger claim l makes:
-       gain(S less k, S) > max(LEAST_GAIN - a_k, q99 + o_k, max_l max(FORM, 1 - p_l)^2 gain_l)
-   p_l: predictable share of l's torque (its card);  o_k: log prior odds of friction;  a_k: nats of alternatives (decision.alternative_laws)
+       gain(S less k, S) > max(LEAST_GAIN, q99 + o_k, max_l max(FORM, 1 - p_l)^2 gain_l)
+   p_l: predictable share of l's torque (its card);  o_k: log prior odds of friction
    If the card of l lists k as a possible confusion, FORM gain_l is required, except of the standard terms of a joint. A law that takes as
    much from the unknown as l, and leaves FORM of it at most, is exempt from both. A member without which other claims fail is one
-   explanation with them: it need only be more probable than not.
+   explanation with them: it need only be more probable than not, and all of them together gain LEAST_GAIN each.
 2. Unknown: the law replaces the unknown as a true law does (search.stepwise.admits).
 3. Prediction: held-out recordings are predicted better. Without the recording that supports the law most, they are predicted worse by
    FORM of the gain at most: where many recordings show the same, the unknown predicts the others as well as a law.
@@ -33,7 +33,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, LEAVES, PRECISE
-from nnhydro.diagnosis.decision.alternative_laws import nats_of_alternatives, with_narrower_form, with_plainer_law
+from nnhydro.diagnosis.decision.alternative_laws import with_narrower_form, with_plainer_law
 from nnhydro.diagnosis.decision.catalogue_probability import listed_probability
 from nnhydro.diagnosis.decision.form_error import form_bars
 from nnhydro.diagnosis.decision.heldout import log_densities
@@ -121,8 +121,7 @@ def decide(search: Search, best: ScoredSet, seed: int, as_form: frozenset[int] =
     by_fold = densities[:, :1] - densities[:, 1:]  # (folds, members)
     shares = torque_shares(search, best)
     largest = max(null_threshold(search, rest, seed) for rest in rests.values())
-    chance = {k: 0.0 if k in needed else least_gain(search.view.library, largest, k, nats_of_alternatives(search, best, k))
-              for k in best.chosen}
+    chance = {k: 0.0 if k in needed else least_gain(search.view.library, largest, k) for k in best.chosen}
     bars = [0.0 if k in exact else bar for k, bar in zip(best.chosen, form_bars(search, best, list(rests.values())), strict=True)]
     judged = {k: _judge(search, best, rests[k], k, by_fold[:, i], shares, max(chance[k], bars[i])) for i, k in enumerate(best.chosen)}
     failed = [(chance[k] < gain <= bar, min(listed_probability(search, best, k), LEAST_PROBABLE), gain, k)
@@ -144,7 +143,8 @@ def decide(search: Search, best: ScoredSet, seed: int, as_form: frozenset[int] =
             rival = best, exact, needed | {worst}
     if rival:
         other = decide(search, rival[0], seed, as_form, rival[1], known, rival[2])
-        made = other if worst in other.claimed.chosen and other.claimed.score > made.claimed.score else made
+        needs = LEAST_GAIN * max(len(other.claimed.chosen) - len(made.claimed.chosen), 0)
+        made = other if worst in other.claimed.chosen and other.claimed.score > made.claimed.score + needs else made
     decided = {(decision.effect, decision.joint) for decision in made.decisions}
     left = [decision if k == worst else replace(decision, claimed=False, reason=EXPLAINED) for k, decision in judged.items()]
     more = tuple(decision for decision in left if (decision.effect, decision.joint) not in decided)

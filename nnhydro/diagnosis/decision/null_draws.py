@@ -49,9 +49,6 @@ def null_threshold(search: Search, found: ScoredSet, seed: int) -> float:
     return float(np.quantile(null_gains(search, found, seed), NULL_QUANTILE))
 
 
-def least_gain(library: Library, chance: float, k: int, alternatives: float = 0.0) -> float:
-    """Return the gain, nats, that a claim of hypothesis `k` must exceed where the `null_threshold` is `chance`.
-
-    All `alternatives` in its place are more probable than itself by as many nats: of several laws that explain the same, each gains less.
-    """
-    return max(LEAST_GAIN - alternatives, chance + library.log_expected(k))
+def least_gain(library: Library, chance: float, k: int) -> float:
+    """Return the gain, nats, that a claim of hypothesis `k` must exceed where the `null_threshold` is `chance`."""
+    return max(LEAST_GAIN, chance + library.log_expected(k))

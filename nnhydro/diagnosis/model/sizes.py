@@ -2,7 +2,8 @@
 
     tau_jc^2 <- tau_jc^2 sum (eta / t)^2 / sum (1 - var)      over the coefficients of group c at joint j          (MacKay)
 
-The evidence has several maxima ("all of it is unknown", "all of it is law"): it is climbed from the sizes given and from very small ones,
+The evidence is then integrated over the sizes (eq. 4.16): of a group that explains little, the best size is known badly.
+It has several maxima ("all of it is unknown", "all of it is law"): it is climbed from the sizes given and from very small ones,
 and the better is taken. Source: MacKay (1992), Neural Computation 4, eq. 4.14.
 """
 
@@ -78,6 +79,33 @@ def fit_sizes(whitened: WhiteRows, columns: Columns | None, start: Sizes, update
             break
     assert best is not None
     return best
+
+
+def nats_of_sizes(whitened: WhiteRows, fit: Posterior, sizes: Sizes) -> float:
+    """Return by how many nats the evidence falls if it is integrated over the sizes, which nobody knows beforehand.
+
+        sum_c min(log log(LARGEST / SMALLEST_SIZE) + log(gamma_c / pi) / 2, log p(eta_c = 0) - log p(eta_c = 0 | y))
+
+    c: the groups that are present; gamma_c = sum (1 - var), the coefficients that the data determine. The first is the width of a flat
+    prior of log tau over that of its posterior, (2 gamma)^-1/2 (2 pi)^1/2; the second, the nats that the group gains, is the most.
+    Source: MacKay (1992), Neural Computation 4, eq. 4.16; Savage-Dickey ratio, Dickey (1971), Ann. Math. Stat. 42.
+    """
+    u, lost = whitened.unknown, 0.0
+    present = np.argwhere(sizes.tau > SMALLEST_SIZE)
+    if not len(present):
+        return 0.0
+    at = [whitened.p + j * whitened.m + np.flatnonzero(u.group == c) for j, c in present]
+    covariance = fit.covariance(np.concatenate(at))
+    ends = np.cumsum([0, *map(len, at)])
+    for which, start, stop in zip(at, ends, ends[1:], strict=False):
+        scale = fit.scale[which]
+        S = covariance[start:stop, start:stop] / scale[:, None] / scale
+        eta = fit.mean[which] / scale
+        gamma = max(float((1 - np.diag(S)).sum()), 1e-9)
+        gained = (float(np.linalg.slogdet(S)[1]) + float(eta @ np.linalg.solve(S, eta))) / 2
+        width = float(np.log(np.log(LARGEST / SMALLEST_SIZE)) + np.log(gamma / np.pi) / 2)
+        lost += min(max(width, 0.0), max(gained, 0.0))
+    return lost
 
 
 def without_unknown(whitened: WhiteRows, columns: Columns | None) -> Posterior:

@@ -1,6 +1,6 @@
 """The score of one set of effects: evidence, priors, physical bounds, and what it grants to errors of form.
 
-    score(S) = max_tau log p(y | S, tau) + sum_k log [posterior mass within bounds / prior mass within bounds]
+    score(S) = log int p(y | S, tau) d log tau + sum_k log [posterior mass within bounds / prior mass within bounds]
                + sum_k log prior(k) - FORM^2 u(S) + log UNLISTED/(1 - UNLISTED) if u(S) > 0
 
 u(S): nats that the unknown gains beside S. That it is needed is as probable as a cause outside the catalogue. Named laws are known to
@@ -16,7 +16,7 @@ from scipy.linalg import solve
 
 from nnhydro.diagnosis.constants import FORM, UNLISTED
 from nnhydro.diagnosis.model.evidence import Posterior
-from nnhydro.diagnosis.model.sizes import Sizes, fit_sizes, none, without_unknown
+from nnhydro.diagnosis.model.sizes import Sizes, fit_sizes, nats_of_sizes, none, without_unknown
 from nnhydro.diagnosis.search.library import bound_bonus
 from nnhydro.diagnosis.search.weighted_library import WeightedLibrary
 
@@ -57,10 +57,11 @@ def score_set(view: WeightedLibrary, start: Sizes, chosen: tuple[int, ...]) -> S
     starts = [start, Sizes.even(whitened, LARGE_START), Sizes(np.minimum(start.tau, SMALL_START))]
     fit, sizes = max((fit_sizes(whitened, columns, s) for s in starts), key=lambda found: found[0].log_evidence)
     off = without_unknown(whitened, columns)
-    if off.log_evidence > fit.log_evidence - ODDS:
-        fit, sizes = off, none(whitened)
+    doubt = ODDS + nats_of_sizes(whitened, fit, sizes)
+    if off.log_evidence > fit.log_evidence - doubt:
+        fit, sizes, doubt = off, none(whitened), 0.0
     unknown = max(fit.log_evidence - off.log_evidence, 0.0)
-    score = fit.log_evidence - ODDS * (unknown > 0) - FORM**2 * unknown + _bonus(view, chosen, fit)
+    score = fit.log_evidence - doubt - FORM**2 * unknown + _bonus(view, chosen, fit)
     return ScoredSet(chosen, score, fit, sizes, unknown)
 
 

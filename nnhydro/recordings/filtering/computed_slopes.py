@@ -1,9 +1,12 @@
-"""Rates and accelerations that were computed from the angles, by differences and filters: they are late or smoothed, and add nothing.
+"""Records that were computed from others: rates and accelerations by differences and filters of the angles, angles by integrals of rates.
+
+The first are late or smoothed, and add nothing:
 
     x(b) - x(a) - int_a^b y dt = lag (y(b) - y(a)),     y(t) = dx/dt (t - lag)         means over blocks of `BLOCK`, by least squares
 
 Differences are half a sample late, filters more, and both lower what is quick, which no record of white noise does. A sensor of its own is
-in time. All recordings are taken together: they have one logger.
+in time. Angles that are the integral of the rates hold the noise of these, summed up. All recordings are taken together: they have one
+logger.
 """
 
 from collections.abc import Iterable, Sequence
@@ -15,6 +18,7 @@ from numpy.typing import NDArray
 
 from nnhydro.recordings.filtering.preprocessing import resample, stretches
 from nnhydro.recordings.filtering.smoothed_slopes import is_smoothed
+from nnhydro.recordings.filtering.trajectory import white_level
 from nnhydro.recordings.recording import Recording
 
 Array = NDArray[np.float64]
@@ -22,6 +26,7 @@ BLOCK = 0.1  # s
 FEWEST = 16  # blocks
 SURE = 5.0  # standard deviations of the lag: a campaign has several channels
 LEAST = 0.25  # of a sample: differences lag by half of one
+INTEGRATED = 0.05  # of what the noise of the rates makes of one change of an angle: rounding; measured angles miss all of it
 
 
 def _blocks(t: Array, x: Array, slope: Array) -> tuple[Array, Array]:
@@ -70,11 +75,12 @@ def _is_smooth(recordings: Sequence[Recording], of: str, slope: str) -> bool:
 @final
 @dataclass(frozen=True)
 class LeftOut:
-    """Why recorded rates or accelerations were left out: their largest lags behind the angles, s, and whether some were smoothed."""
+    """Why rates or accelerations were left out: largest lags behind the angles, s, whether smoothed; or whether angles are integrals."""
 
     rates_lag: float = 0.0
     accelerations_lag: float = 0.0
     smoothed: bool = False
+    integrated: bool = False
 
     def sentence(self) -> str:
         """Return what was left out as a sentence; empty where nothing was."""
@@ -83,19 +89,44 @@ class LeftOut:
         if late:
             said = " and ".join(late)
             return f"{said[0].upper()}{said[1:]}, as differences do: they were left out."
+        if self.integrated:
+            return "The recorded angles are the integral of the recorded rates: only the rates count as measured."
         return "The recorded rates or accelerations were smoothed: they were left out." if self.smoothed else ""
 
     def taken_from(self, recordings: Sequence[Recording]) -> list[Recording]:
         """Return `recordings` without what was left out."""
         return [replace(recording, qd=None if self.rates_lag or self.smoothed else recording.qd,
-                        qdd=None if self.accelerations_lag or self.smoothed else recording.qdd) for recording in recordings]
+                        qdd=None if self.accelerations_lag or self.smoothed else recording.qdd, integrated=self.integrated)
+                for recording in recordings]
+
+
+def _missed_by_integral(r: Recording) -> Array:
+    """What the integral of the rates misses of the changes of the angles in `r`, (links,), over what the rates' noise makes of one."""
+    assert r.qd is not None
+    dt, level = np.diff(r.t)[:, None], white_level(r.qd)
+    assert level is not None
+    missed = np.diff(r.q, axis=0) - dt * (r.qd[1:] + r.qd[:-1]) / 2
+    made: Array = np.sqrt(np.nanmean(missed**2, axis=0)) / np.maximum(float(np.median(dt)) * level, 1e-300)
+    return made
+
+
+def are_integrals(recordings: Sequence[Recording]) -> bool:
+    """Return whether the angles of `recordings` are the integral of their rates by the trapezoidal rule.
+
+    An encoder's angles miss at least the noise of the rates. No difference of angles makes such rates, so that these are the measurement.
+    """
+    missed = [_missed_by_integral(r) for r in recordings if r.qd is not None and len(r) >= FEWEST and r.duration > 0]
+    return bool(missed) and bool((np.median(missed, axis=0) < INTEGRATED).all())
 
 
 def without_computed_slopes(recordings: Sequence[Recording]) -> tuple[list[Recording], LeftOut]:
-    """Return the recordings without rates and accelerations that lag the angles or were smoothed, and why.
+    """Return the recordings without rates and accelerations that lag the angles or were smoothed, integrated angles marked, and why.
 
     What is early stays: no logger computes ahead.
     """
+    if are_integrals(recordings):
+        why = LeftOut(integrated=True)
+        return why.taken_from(recordings), why
     rates, more = _lags(recordings, "q", "qd"), _lags(recordings, "qd", "qdd")
     step = max((float(np.median(np.diff(recording.t))) for recording in recordings if len(recording) > 1), default=0.0)
     rates_lag, later = float(rates.max(initial=0.0)), float((rates[:len(more)] + more).max(initial=0.0))

@@ -116,11 +116,18 @@ def _channel_noise(f: Array, dt: float, levels: tuple[Array | None, ...], joint:
     return np.zeros_like(f) if level is None else 2 * dt * level[joint] ** 2 * (2 * np.pi * f) ** power
 
 
+def _levels(r: Recording) -> tuple[Array | None, Array | None, Array | None]:
+    """The white levels of angles, rates and accelerations; None where there is none, as of angles that are the integral of the rates."""
+    return None if r.integrated else white_level(r.q), white_level(r.qd), white_level(r.qdd)
+
+
 def _channels(part: Recording) -> list[tuple[str, Array, int, tuple[Array | None, ...], int]]:
     """Every record of an acceleration: (name, values (n,), power of w, white levels of all records of it, column of these)."""
-    joints = tuple(white_level(x) for x in (part.q, part.qd, part.qdd))
+    joints = _levels(part)
+    measured = ((None if part.integrated else part.q, 4), (part.qd, 2), (part.qdd, 0))
+    found: list[tuple[str, Array, int, tuple[Array | None, ...], int]]
     found = [(f"{power} {joint}", x[:, joint], power, joints, joint)
-             for x, power in ((part.q, 4), (part.qd, 2), (part.qdd, 0)) if x is not None for joint in range(part.n_links)]
+             for x, power in measured if x is not None for joint in range(part.n_links)]
     carriage = tuple(None if x is None else x[:, None] for x in (part.u0, part.du0))
     for name, (speed, slope) in {"u": carriage, "base": (part.base, part.dbase), "water": (part.current, part.dcurrent)}.items():
         levels = (None, white_level(speed), white_level(slope))
@@ -219,7 +226,7 @@ def _around(r: Recording, edge: float, at: Array) -> dict[str, Array]:
 
 def _left_of_noise(r: Recording, channels: Sequence[Channel], splines: RegressionSplines) -> Any:
     """The spline of NOISE_DRAWS times all links through white noise of the levels of the records of `r`, weighed as these are."""
-    levels = [white_level(x) for x in (r.q, r.qd, r.qdd) if x is not None]
+    levels = [level for level, x in zip(_levels(r), (r.q, r.qd, r.qdd), strict=True) if x is not None]
     draws = [np.random.default_rng(seed) for seed in range(NOISE_DRAWS)]
     drawn = [(order, np.concatenate([(0.0 if level is None else level) * rng.standard_normal(x.shape) for rng in draws], axis=1),
               np.tile(weights, NOISE_DRAWS)) for (order, x, weights), level in zip(channels, levels, strict=True)]
@@ -232,8 +239,9 @@ def trajectory(r: Recording, edge: float, rows: int) -> Trajectory:
     middle = (np.arange(rows) + 0.5) * len(t) / rows - 0.5  # of each row, in samples
     at = np.clip(t[0] + middle * (t[1] - t[0]), t[0], t[-1])
     spread = np.maximum(np.ptp(r.q, axis=0), 1e-9)
-    channels = [(order, x, _weights(white_level(x), 1e-7 * spread * (2 * np.pi * edge) ** order))
-                for order, x in ((0, r.q), (1, r.qd), (2, r.qdd)) if x is not None]
+    known = (spread, *_levels(r)[1:]) if r.integrated else _levels(r)  # of such angles the mean alone counts
+    channels = [(order, x, _weights(level, 1e-7 * spread * (2 * np.pi * edge) ** order))
+                for order, (x, level) in enumerate(zip((r.q, r.qd, r.qdd), known, strict=True)) if x is not None]
     orders = [order for order, *_ in channels]
     splines = RegressionSplines.of(t, edge, orders)
 

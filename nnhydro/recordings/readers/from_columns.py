@@ -9,7 +9,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
-from typing import final
+from typing import Any, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -127,7 +127,7 @@ def _along_Y(named: NamedColumns, old: str, new: str, where: str) -> Array | Non
     return by_old
 
 
-def _surroundings(named: NamedColumns, where: str, steady: bool = False) -> dict[str, Array | None]:
+def _surroundings(named: NamedColumns, where: str, steady: bool = False) -> dict[str, Any]:
     """What moves besides the joints: base and water."""
     heading, turning = _single(named, column("heading"), where), column("base_yaw")
     alone = heading is not None and np.nanmax(heading) > np.nanmin(heading) and named.numbers(turning) is None

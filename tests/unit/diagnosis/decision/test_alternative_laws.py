@@ -1,19 +1,11 @@
-"""The plain law takes a special one's place where that takes no more, or fails. Laws of the same torque gain together."""
+"""The plain law takes a special one's place where that takes no more, or fails."""
 
 import numpy as np
-import pytest
 from problems import design, law, search, special_beside_plain
 
-from nnhydro.diagnosis.constants import LEAST_GAIN
 from nnhydro.diagnosis.decision import decide as decision
-from nnhydro.diagnosis.decision.alternative_laws import (
-    nats_of_alternatives,
-    replace_special_laws,
-    with_narrower_form,
-    with_plainer_law,
-)
+from nnhydro.diagnosis.decision.alternative_laws import replace_special_laws, with_narrower_form, with_plainer_law
 from nnhydro.diagnosis.decision.decide import decide
-from nnhydro.diagnosis.decision.null_draws import least_gain
 
 
 def test_a_law_that_explains_more_than_the_plain_one_stays():
@@ -56,28 +48,3 @@ def test_a_law_without_a_plainer_one_leaves():
     of.y = of.y + X @ [1.0, 1.0]
     one = search(of, (law("first"), law("other")), X)
     assert with_plainer_law(one, one.score((0, 1)), 1).chosen == (0,)
-
-
-def test_laws_that_explain_the_same_gain_together_what_one_of_them_would_gain_alone():
-    """Four laws of one torque share the prior odds that one of them would have alone; a law of another torque adds nothing."""
-    of = design(5, groups=8, rows=30)
-    X = np.random.default_rng(6).standard_normal((*of.y.shape, 2))
-    of.y = of.y + 0.6 * X[..., 0]
-    one, four = search(of, (law("a"), law("b")), X), search(of, (*(law(f"a{k}") for k in range(4)), law("b")), X[..., [0, 0, 0, 0, 1]])
-    alone, among = one.score((0,)), four.score((0,))
-    assert nats_of_alternatives(one, alone, 0) == pytest.approx(0.0, abs=0.01)
-    assert nats_of_alternatives(four, among, 0) == pytest.approx(np.log(4), abs=0.01)
-    assert nats_of_alternatives(four, four.score((0, 4)), 0) == pytest.approx(np.log(4), abs=0.01)
-    library = four.view.library
-    assert [least_gain(library, 0.5, 0, nats) for nats in (0.0, 1.0, 9.0)] == [LEAST_GAIN, LEAST_GAIN - 1.0, 0.5]
-
-
-def test_friction_is_no_alternative_for_its_odds_alone():
-    """Friction in every joint has odds of 20 beforehand; that it resembles nothing of what a law explains is no evidence for the law."""
-    of = design(5, groups=8, rows=30)
-    X = np.random.default_rng(6).standard_normal((*of.y.shape, 2))
-    of.y = of.y + 0.6 * X[..., 0]
-    one = search(of, (law("a"), law("friction", standard=True, everywhere=True)), X)
-    assert nats_of_alternatives(one, one.score((0,)), 0) < 0.1
-    same = search(of, (law("a"), law("friction", standard=True, everywhere=True)), X[..., [0, 0]])
-    assert nats_of_alternatives(same, same.score((0,)), 0) == pytest.approx(np.log(1 + 2), abs=0.01), "even odds, the law's are 1 of 2"

@@ -9,7 +9,7 @@ from problems import design, unknown, whitened
 
 from nnhydro.diagnosis.constants import SMALLEST_SIZE
 from nnhydro.diagnosis.model.evidence import WhiteRows, posterior
-from nnhydro.diagnosis.model.sizes import LARGEST, Sizes, fit_sizes, none, without_unknown
+from nnhydro.diagnosis.model.sizes import LARGEST, Sizes, fit_sizes, nats_of_sizes, none, without_unknown
 from nnhydro.diagnosis.model.unknown import Unknown
 
 M = 12  # columns of the unknown that are orthonormal
@@ -100,3 +100,30 @@ def test_sizes_do_not_hang_on_the_order_of_the_rows():
     (fit, sizes), (again, others) = (fit_sizes(w, None, Sizes.even(w, 0.2)) for w in (white, turned))
     np.testing.assert_allclose(others.tau, sizes.tau, rtol=1e-6)
     assert again.log_evidence == pytest.approx(fit.log_evidence, abs=1e-6)
+
+
+@pytest.mark.parametrize("level", [1.8, 2.0, 2.4])
+def test_the_evidence_less_the_nats_of_its_sizes_is_the_integral_over_all_sizes(level):
+    """int p(y | tau) d log tau / log(LARGEST / SMALLEST_SIZE) by quadrature, from the closed form of orthonormal columns."""
+    white, b = orthonormal(level)
+    fit, sizes = fit_sizes(white, None, Sizes.even(white, 0.5), updates=60)
+    x = np.linspace(np.log(SMALLEST_SIZE), np.log(LARGEST), 20001)
+    power = 1 + np.exp(2 * x)
+    log_p = -0.5 * (M * np.log(power) + (b**2).sum() / power)
+    integral = np.log(np.trapezoid(np.exp(log_p - log_p.max()), x) / np.ptp(x)) + log_p.max()
+    assert fit.log_evidence - nats_of_sizes(white, fit, sizes) == pytest.approx(integral, abs=0.5)
+
+
+def test_sizes_cost_no_more_than_their_groups_gain_and_nothing_where_there_are_none():
+    for seed in range(4):
+        white = whitened(design(seed))
+        fit, sizes = fit_sizes(white, None, Sizes.even(white, 0.2))
+        cost = nats_of_sizes(white, fit, sizes)
+        assert cost >= 0
+        for group in np.argwhere(sizes.tau > SMALLEST_SIZE):
+            rest = sizes.tau.copy()
+            rest[tuple(group)] = SMALLEST_SIZE
+            fewer = posterior(white, None, Sizes(rest).vector(white))
+            saved = cost - nats_of_sizes(white, fewer, Sizes(rest))
+            assert saved <= max(fit.log_evidence - fewer.log_evidence, 0) + 1.0, "what one group costs is about what it gains at most"
+    assert nats_of_sizes(white, without_unknown(white, None), none(white)) == 0.0

@@ -8,7 +8,7 @@ from filtered_motions import STEP, recorded
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nnhydro.recordings.filtering.computed_slopes import LEAST, LeftOut, lag_of_slope, without_computed_slopes
+from nnhydro.recordings.filtering.computed_slopes import LEAST, LeftOut, are_integrals, lag_of_slope, without_computed_slopes
 
 
 def differences(r, filtered):
@@ -79,3 +79,31 @@ def test_too_short_or_still_recordings_have_no_lag():
     assert lag_of_slope([(t[:1], t[:1], t[:1])]) == 0
     assert lag_of_slope([]) == 0
     assert without_computed_slopes([]) == ([], LeftOut())
+
+
+def integrated(r):
+    """The recording of a tachometer: the angles are the integral of the rates by the trapezoidal rule, from the first angle."""
+    steps = np.diff(r.t)[:, None] * (r.qd[1:] + r.qd[:-1]) / 2
+    return replace(r, q=r.q[0] + np.concatenate([np.zeros((1, r.n_links)), np.cumsum(steps, axis=0)]), qdd=None)
+
+
+@pytest.mark.parametrize("noise", [1e-4, 1e-2, 1.0])
+def test_angles_that_are_the_integral_of_the_rates_are_marked_and_nothing_is_left_out(noise):
+    tachometer = [integrated(recorded(noise=(0.0, noise, 0.0), seed=seed)) for seed in range(3)]
+    kept, why = without_computed_slopes(tachometer)
+    assert why == LeftOut(integrated=True)
+    assert all(r.integrated and r.qd is not None for r in kept)
+    assert "integral" in why.sentence()
+
+
+@pytest.mark.parametrize("noise", [(0.0, 0.0, 0.0), (1e-6, 1e-2, 0.1), (1e-3, 1e-2, 0.1)])
+def test_angles_of_an_encoder_are_no_integral_however_well_they_agree_with_the_rates(noise):
+    assert not are_integrals([recorded(noise=noise, seed=seed) for seed in range(3)])
+    rounded = [replace(r, q=np.round(r.q, 4)) for r in (integrated(recorded(noise=(0.0, 1e-3, 0.0))),)]
+    assert not are_integrals(rounded), "steps of the angle hide whose the noise is"
+
+
+@pytest.mark.parametrize("filtered", [0.0, 1.0])
+def test_rates_that_are_differences_of_the_angles_make_no_integral(filtered):
+    assert not are_integrals([differences(recorded(noise=(1e-3, 0.0, 0.0), seed=seed), filtered) for seed in range(3)])
+    assert not are_integrals([replace(recorded(noise=(1e-3, 0.0, 0.0)), qd=None)])

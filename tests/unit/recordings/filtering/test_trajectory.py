@@ -185,6 +185,29 @@ def test_what_is_left_of_the_noise_is_as_large_as_what_noise_of_the_records_make
         assert told == pytest.approx(found, rel=0.15), f"{name} from {channels}"
 
 
+def tachometer(given, noise=0.02):
+    """A motion of which a tachometer with white noise is recorded, and the integral of its reading as the angle."""
+    r, exact = moved(channels="qv", noise=(0.0, noise, 0.0), given=given)
+    steps = np.diff(r.t)[:, None] * (r.qd[1:] + r.qd[:-1]) / 2
+    return replace(r, q=r.q[0] + np.concatenate([np.zeros((1, r.n_links)), np.cumsum(steps, axis=0)]), integrated=True), exact
+
+
+def test_of_a_tachometer_the_noise_is_that_of_the_rates_though_its_integral_is_smooth():
+    """The noise of the acceleration is as large as it is told; were the smooth angles a measurement, a tenth of it would be told."""
+    made, exact = [trajectory(tachometer(seed)[0], EDGE, len(tachometer(seed)[0])) for seed in range(6)], tachometer(0)[1]
+    without = trajectory(tachometer(0, noise=1e-9)[0], EDGE, len(exact[0]))
+    for order, name in ((1, "qd"), (2, "qdd")):
+        found = rms(np.concatenate([getattr(m, name) - getattr(without, name) for m in made]))
+        told = rms(np.concatenate([draw[order] for m in made for draw in m.noise]))
+        assert told == pytest.approx(found, rel=0.15), name
+    as_measured = trajectory(replace(tachometer(0)[0], integrated=False), EDGE, len(exact[0]))
+    assert rms(as_measured.noise[:, 2].reshape(-1, 2)) < 0.5 * rms(made[0].noise[:, 2].reshape(-1, 2))
+
+
+def test_the_band_of_a_tachometer_ends_where_its_rates_are_noise():
+    assert band_edge([tachometer(0, 0.3)[0]]) < 0.7 * band_edge([tachometer(0, 1e-4)[0]])
+
+
 @pytest.mark.parametrize("place", [0.0, 0.15, 0.35, 0.5])
 @pytest.mark.parametrize("noise", [0.3, 0.5, 1.0])
 def test_the_noise_of_an_encoder_that_flickers_between_steps_is_found(place, noise):
