@@ -81,6 +81,14 @@ def brief_memories(monkeypatch):
 
 
 @pytest.fixture
+def no_rivals(monkeypatch):
+    """A concealed campaign is drawn without the causes that look like the hidden one, which take two thirds of the time."""
+    from nnhydro.blind_tests.truth import campaign
+
+    monkeypatch.setattr(campaign, "nearest", lambda rng, reference, found: [{} for _ in found])
+
+
+@pytest.fixture
 def catalogue_as_it_was():
     """Effects that a test adds leave the catalogue with it."""
     from nnhydro.effects.catalogue import catalogue

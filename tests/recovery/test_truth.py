@@ -18,6 +18,7 @@ from nnhydro.blind_tests.truth.hidden_mount import hub_force
 from nnhydro.blind_tests.truth.hidden_transmission import play, stiff_twist
 from nnhydro.blind_tests.truth.memory import follow, since_reversal
 from nnhydro.blind_tests.truth.motions import Plan, carry_out
+from nnhydro.blind_tests.truth.sensors import TrueSensors
 from nnhydro.blind_tests.truth.tank import brisk_torque, joint_torque, motor_torque, plain_torque, read
 from nnhydro.blind_tests.truth.visibility import FACTORS, reference
 from nnhydro.blind_tests.truth.world import TrueArm, TrueLink, TrueRun
@@ -369,8 +370,6 @@ def test_the_shielded_link_loses_drag_in_tow_only_where_the_other_is_ahead():
 
 
 def test_lambda_grows_with_the_size_and_a_change_of_c_d_has_none():
-    from nnhydro.blind_tests.truth.sensors import TrueSensors
-
     sensors = TrueSensors(100.0, "all", "white", 0.01, 0.0, 1e-5, False)
     runs = (motion("fourier", 0.3), motion("bang", 0.0, 5), motion("slow", 0.0, 6))
     measure = reference(runs, ARM, 0.02, sensors, np.array([0.02, 0.01]))
@@ -391,7 +390,8 @@ def test_causes_on_the_joint_leave_the_water_alone():
     np.testing.assert_allclose(joint_torque(run, ARM, [cause], plain), joint_torque(run, ARM, [cause]))
 
 
-@pytest.mark.slow
+@pytest.mark.usefixtures("no_rivals")
+@pytest.mark.slow(seconds=1)
 @pytest.mark.parametrize(("name", "strength"), list(zip(registry.names(), cycle(["strong", "weak"]), strict=False)))
 def test_every_effect_reaches_the_strength_asked_for(name, strength):
     made = draw_campaign(21, 0, Wish(name, strength, None if name in registry.names("", 1) else 2, 1, "small"))
@@ -403,7 +403,8 @@ def test_every_effect_reaches_the_strength_asked_for(name, strength):
         assert all(np.isfinite(x).all() for x in columns.values()), file
 
 
-@pytest.mark.slow
+@pytest.mark.usefixtures("no_rivals")
+@pytest.mark.slow(seconds=1)
 @pytest.mark.parametrize("effects", [2, 3])
 def test_several_effects_are_each_visible_beside_the_others(effects):
     made = draw_campaign(5, 1, Wish("random", "strong", 2, effects, "small"))
