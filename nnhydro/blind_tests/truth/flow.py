@@ -159,9 +159,10 @@ def moments(frames: Frames, i: int, pos: Array, force: Array) -> Array:
     return tau
 
 
-def water_torque(run: TrueRun, arm: TrueArm, changes: Sequence[WaterChange] = (), strips: int = STRIPS) -> Array:
+def water_torque(run: TrueRun, arm: TrueArm, changes: Sequence[WaterChange] = (), strips: int = STRIPS,
+                 frames: Frames | None = None) -> Array:
     """Return (n, L) N m that the joints supply against the water; `changes` are applied to each link's flow in turn."""
-    frames, tau = frames_of(run, arm), np.zeros(run.q.shape)
+    frames, tau = frames or frames_of(run, arm), np.zeros(run.q.shape)
     for i in range(len(arm.links)):
         flow = strips_of(run, arm, frames, i, strips)
         for change in changes:
@@ -172,9 +173,9 @@ def water_torque(run: TrueRun, arm: TrueArm, changes: Sequence[WaterChange] = ()
     return tau
 
 
-def rigid_torque(run: TrueRun, arm: TrueArm) -> Array:
+def rigid_torque(run: TrueRun, arm: TrueArm, frames: Frames | None = None) -> Array:
     """Return (n, L) N m: inertia of the dry links and of the moving carriage."""
-    frames, tau = frames_of(run, arm), np.zeros(run.q.shape)
+    frames, tau = frames or frames_of(run, arm), np.zeros(run.q.shape)
     for i, link in enumerate(arm.links):
         axis, side, turn = frames.e[:, i], frames.nrm[:, i], frames.spin[:, i, None]
         centre = frames.P[:, i] + link.com * axis

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nnhydro.blind_tests.truth.flow import STRIPS, rigid_torque, water_torque
+from nnhydro.blind_tests.truth.flow import STRIPS, frames_of, rigid_torque, water_torque
 from nnhydro.blind_tests.truth.world import Array, Cause, TrueArm, TrueRun
 
 
@@ -36,7 +36,8 @@ def motor_torque(tau: Array, arm: TrueArm) -> Array:
 
 def plain_torque(run: TrueRun, arm: TrueArm, strips: int = STRIPS) -> Array:
     """Return joint torques (n, L) of the healthy arm: rigid body and water with constant coefficients."""
-    return rigid_torque(run, arm) + water_torque(run, arm, strips=strips)
+    frames = frames_of(run, arm)
+    return rigid_torque(run, arm, frames) + water_torque(run, arm, strips=strips, frames=frames)
 
 
 def brisk_torque(arm: TrueArm, joint: int) -> float:
@@ -53,7 +54,8 @@ def joint_torque(run: TrueRun, arm: TrueArm, causes: Sequence[Cause], plain: Arr
     """Return joint torques (n, L) with what the causes add there; `plain` spares the water's sum where no cause changes it."""
     changes = [cause.water for cause in sorted(causes, key=lambda cause: cause.order) if cause.water is not None]
     if changes or plain is None:
-        plain = rigid_torque(run, arm) + water_torque(run, arm, changes)
+        frames = frames_of(run, arm)
+        plain = rigid_torque(run, arm, frames) + water_torque(run, arm, changes, frames=frames)
     tau = plain
     for cause in causes:
         if cause.load is not None:

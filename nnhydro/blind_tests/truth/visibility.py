@@ -20,7 +20,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
-from nnhydro.blind_tests.truth.flow import rigid_torque, water_torque
+from nnhydro.blind_tests.truth.flow import frames_of, rigid_torque, water_torque
 from nnhydro.blind_tests.truth.sensors import FINE, TrueSensors
 from nnhydro.blind_tests.truth.tank import motor_torque, plain_torque, read
 from nnhydro.blind_tests.truth.world import Array, Cause, Draft, TrueArm, TrueRun
@@ -40,16 +40,17 @@ def low_pass_sections(rate: float) -> Array:
 
 def base_columns(run: TrueRun, arm: TrueArm, known_to: float, added_mass: bool) -> tuple[Array, Array]:
     """Return the columns (n, L, p) of the baseline's parameters, each for one unit of what is known of it, and the priors (p,)."""
-    columns, prior = [], []
+    columns, prior, frames = [], [], frames_of(run, arm)
+    plain = rigid_torque(run, arm, frames)
     for i in range(len(arm.links)):
         for C_D, C_M in ((1.0, 0.0), (0.0, 1.0)) if added_mass else ((1.0, 0.0),):
             links = tuple(replace(k, C_D=C_D * (n == i), C_M=C_M * (n == i)) for n, k in enumerate(arm.links))
-            columns.append(water_torque(run, replace(arm, links=links), strips=COARSE))
+            columns.append(water_torque(run, replace(arm, links=links), strips=COARSE, frames=frames))
             prior.append(0.0)
         for key in ("mass", "com", "inertia"):
             moved = replace(arm.links[i], **{key: getattr(arm.links[i], key) * (1 + known_to)})
             other = replace(arm, links=tuple(moved if n == i else k for n, k in enumerate(arm.links)))
-            columns.append(rigid_torque(run, other) - rigid_torque(run, arm))
+            columns.append(rigid_torque(run, other, frames) - plain)
             prior.append(1.0)
     return np.stack([motor_torque(column, arm) for column in columns], axis=-1), np.array(prior)
 
