@@ -1,6 +1,7 @@
 """The guide, typed as it stands: every block of every page runs, in the order of the pages, and what they show is what comes out."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -8,6 +9,7 @@ from fenced import alike, blocks, run_here
 
 import nnhydro
 from nnhydro.diagnosis import diagnose as engine
+from nnhydro.diagnosis.diagnose import DiagnosisOptions
 from nnhydro.effects.effect import REGISTER
 
 pytestmark = pytest.mark.slow
@@ -17,25 +19,40 @@ DOCS = ROOT / "docs"
 PAGES = ("guide/first_campaign", "guide/your_data", "guide/baselines", "guide/read_a_diagnosis", "guide/own_effect",
          "guide/plan_a_campaign", "guide/controller", "speed", "cluster", "models", "formats", "api", "dynamics")
 
+
 @pytest.fixture(scope="module")
 def session(tmp_path_factory):
     """The empty folder in which the reader begins, and what has been printed last."""
     return {"folder": tmp_path_factory.mktemp("guide"), "out": ""}
 
 
+def once(real, key):
+    """A function that is not asked again for the same `key(*arguments)` and catalogue."""
+    found = {}
+
+    def ask(*arguments):
+        asked = repr(key(*arguments)), tuple(REGISTER)
+        if asked not in found:
+            found[asked] = real(*arguments)
+        return found[asked]
+
+    return ask
+
+
 @pytest.fixture(scope="module", autouse=True)
 def diagnosed_once():
-    """The same recordings, choices and catalogue are not diagnosed again: another test shows that they give the same."""
-    found, real = {}, engine.diagnose
+    """The same recordings and choices are not diagnosed again: another test shows that they give the same.
 
-    def diagnose(campaign, progress, baseline=None, **choices):
-        key = (campaign.sha256(), baseline or "constant", repr(choices), tuple(REGISTER))
-        if key not in found:
-            found[key] = real(campaign, baseline, progress=progress, **choices)
-        return found[key]
+    Limits of the rig change the next experiment and nothing that is decided.
+    """
+    def key(campaign, options, **changes):
+        return campaign.sha256(), replace(options, baseline=options.baseline or "constant", **changes)
 
+    diagnose = once(DiagnosisOptions.diagnose, lambda options, campaign, *progress: key(campaign, options))
+    decide_on = once(engine._decide_on, lambda campaign, names, options, progress: (names, key(campaign, options, limits=None)))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(engine, "diagnose", diagnose)
+        patch.setattr(DiagnosisOptions, "diagnose", lambda *arguments: diagnose(*arguments))
+        patch.setattr(engine, "_decide_on", decide_on)
         yield
 
 
