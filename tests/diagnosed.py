@@ -64,7 +64,7 @@ def of_size(factor):
     a = ARM.model_copy(update={"fluid": ARM.fluid.model_copy(update={"density_kg_m3": factor * ARM.fluid.density_kg_m3}),
                                "links": tuple(link.model_copy(update={"mass_kg": factor * link.mass_kg, "inertia_kg_m2":
                                                                       factor * link.inertia_kg_m2}) for link in ARM.links)})
-    return Campaign.of(a, made(a, more=lambda r, k: dry(r, level=factor * FRICTION)))
+    return Campaign.of(a, made(a, count=3, more=lambda r, k: dry(r, level=factor * FRICTION)))
 
 
 def friction_stated(level=0.45):
@@ -80,9 +80,9 @@ def upright_under_water():
 
 
 def shuffled():
-    """The recordings of `rubbing` in another order, with other names."""
-    names = ("zeta", "beta", "omega", "alpha", "delta", "gamma")
-    runs = [replace(r, name=name) for r, name in zip(made(more=lambda r, k: dry(r)), names, strict=True)]
+    """Three recordings of `rubbing` in another order, with other names."""
+    names = ("zeta", "beta", "omega")
+    runs = [replace(r, name=name) for r, name in zip(made(count=3, more=lambda r, k: dry(r)), names, strict=True)]
     return Campaign.of(ARM, runs[::-1])
 
 
@@ -90,7 +90,8 @@ def single_precision():
     def short(x):
         return None if x is None else np.asarray(x, dtype=np.float32).astype(float)
 
-    return Campaign.of(ARM, [replace(r, q=short(r.q), qd=short(r.qd), qdd=short(r.qdd), tau=short(r.tau)) for r in rubbing().recordings()])
+    runs = rubbing(count=3).recordings()
+    return Campaign.of(ARM, [replace(r, q=short(r.q), qd=short(r.qd), qdd=short(r.qdd), tau=short(r.tau)) for r in runs])
 
 
 def pendulum():
@@ -122,7 +123,7 @@ def hanging():
         {"length_m": 0.5, "diameter_m": 0.06, "mass_kg": 3.5, "com_m": com, "inertia_kg_m2": inertia, "known_to": 0.02}]})
     whole, found = inertia + 3.5 * com**2 + wet, []
     for k, swing in enumerate((1.0, -0.8, 0.6, 0.45, -0.3, 0.2)):
-        t = np.arange(2800) / 200.0
+        t = np.arange(1400) / 100.0
         way = solve_ivp(lambda t, x: [x[1], -(3.5 * 9.81 * com * np.cos(x[0]) + coulomb * np.tanh(x[1] / 0.01)
                                               + drag * x[1] * abs(x[1])) / whole],
                         (0, t[-1]), [-np.pi / 2 + swing, 0.0], t_eval=t, max_step=0.01)
@@ -202,7 +203,7 @@ def late(delay=0.02):
 def simulated(column):
     """A campaign of `rubbing` whose recordings hold somebody's simulation of the healthy arm."""
     runs = []
-    for r in rubbing().recordings():
+    for r in rubbing(count=4).recordings():
         motion = Motion(*(tensor(x) for x in (r.t, r.q, r.qd, r.qdd, np.zeros(len(r.t)), np.zeros(len(r.t)))))
         runs.append(replace(r, tau_sim=sensor_torque(ARM, planted(ARM), motion)) if column else r)
     return Campaign.of(ARM, runs)
@@ -250,14 +251,14 @@ def resting(level=4.0, viscous=3.0, bending=3e-4, rate=500.0, seconds=25.0, paus
 
 CAMPAIGNS = {
     "healthy": lambda: Campaign.of(ARM, made()),
-    "healthy, two links": lambda: Campaign.of(TWO, made(TWO, count=8)),
+    "healthy, two links": lambda: Campaign.of(TWO, made(TWO, count=5)),
     "healthy, angles alone": lambda: Campaign.of(ARM, [angles_only(r) for r in made(noise=lambda k: 0.01)]),
     "healthy, rates by differences": lambda: Campaign.of(ARM, [differences(r) for r in made(noise=lambda k: 0.01)]),
     "noise ratio 3": lambda: Campaign.of(ARM, made(noise=lambda k: (0.01, 0.03)[k % 2])),
     "noise ratio 10": lambda: Campaign.of(ARM, made(noise=lambda k: (0.01, 0.1)[k % 2])),
     "noise AR 0.95": lambda: Campaign.of(ARM, made(noise=lambda k: 0.02, phi=0.95)),
     "rubbing": rubbing,
-    "rubbing, 1 kHz": lambda: rubbing(rate=1000.0),
+    "rubbing, 1 kHz": lambda: rubbing(rate=1000.0, count=3),
     "rubbing, shuffled and renamed": shuffled,
     "rubbing, single precision": single_precision,
     "rubbing, noise ratio 10": lambda: rubbing(noise=lambda k: (0.01, 0.1)[k % 2]),
@@ -267,7 +268,7 @@ CAMPAIGNS = {
     "friction stated too small": lambda: friction_stated(0.2),
     "upright under water": upright_under_water,
     "two frictions": lambda: Campaign.of(ARM, made(more=lambda r, k: dry(r, level=0.3) + 0.4 * r.qd)),
-    "rubbing, two links": lambda: Campaign.of(TWO, made(TWO, count=8, more=lambda r, k: dry(r, 2, 0.2))),
+    "rubbing, two links": lambda: Campaign.of(TWO, made(TWO, count=5, more=lambda r, k: dry(r, 2, 0.2))),
     "rubbing since the fourth": lambda: since(3),
     "held in a wave": held_in_a_wave,
     "held in other waves": lambda: held_in_a_wave(frequencies=OTHER_WAVES),

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import torch
 from diagnosed import FRICTION, campaign, diagnosed, named, value
 
 from nnhydro.diagnosis import diagnose as engine
@@ -15,9 +16,15 @@ from nnhydro.diagnosis.decision.catalogue_probability import LISTED
 from nnhydro.diagnosis.diagnose import DiagnosisOptions
 from nnhydro.diagnosis.experiment.rig_limits import Limits
 from nnhydro.effects.catalogue import catalogue
+from nnhydro.errors import RecordingError
+from nnhydro.fitting.identify import identify
 from nnhydro.models.baselines import BASELINES
+from nnhydro.models.storage import load_model, save_model
+from nnhydro.physics.motion import Motion
+from nnhydro.recordings.campaign import Campaign
 
 RUBS = {("coulomb_friction", 1)}
+FEW = "rubbing, three recordings"
 
 
 def finite(x):
@@ -106,9 +113,9 @@ def test_dry_friction_is_named_with_its_level_and_nothing_else(name):
 
 @pytest.mark.parametrize(("name", "factor"), [("rubbing, a giant", 1e5), ("rubbing, a dwarf", 1e-5)])
 def test_machines_may_be_of_any_size(name, factor):
-    usual, other = diagnosed("rubbing"), diagnosed(name)
+    usual, other = diagnosed(FEW), diagnosed(name)
     assert named(other) == RUBS
-    assert value(name, "coulomb_friction", "level")[0] / factor == pytest.approx(value("rubbing", "coulomb_friction", "level")[0], rel=1e-3)
+    assert value(name, "coulomb_friction", "level")[0] / factor == pytest.approx(value(FEW, "coulomb_friction", "level")[0], rel=1e-3)
     assert other.heldout.after == pytest.approx(usual.heldout.after, rel=1e-3)
 
 
@@ -132,13 +139,13 @@ def test_two_frictions_at_once_are_both_named_with_their_own_share():
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["rubbing, 1 kHz", "rubbing, shuffled and renamed", "rubbing, single precision"])
 def test_rate_order_names_and_precision_of_the_files_change_no_name_and_hardly_a_value(name):
-    assert named(diagnosed(name)) == named(diagnosed("rubbing"))
-    (usual, low, high), (again, *_) = (value(label, "coulomb_friction", "level") for label in ("rubbing", name))
+    assert named(diagnosed(name)) == named(diagnosed(FEW))
+    (usual, low, high), (again, *_) = (value(label, "coulomb_friction", "level") for label in (FEW, name))
     assert abs(again - usual) < 0.1 * (high - low)
 
 
 def test_the_order_and_the_names_of_files_change_nothing_that_is_decided():
-    usual, other = diagnosed("rubbing"), diagnosed("rubbing, shuffled and renamed")
+    usual, other = diagnosed(FEW), diagnosed("rubbing, shuffled and renamed")
     assert other.heldout.before == pytest.approx(usual.heldout.before, rel=0.02)
     assert other.heldout.after == pytest.approx(usual.heldout.after, rel=0.1)
     assert [(d.effect, d.joint, d.claimed) for d in other.decisions] == [(d.effect, d.joint, d.claimed) for d in usual.decisions]
@@ -210,16 +217,19 @@ def test_the_verdict_says_what_else_the_cause_may_be():
 @pytest.mark.slow
 @pytest.mark.parametrize("baseline", ["column", "file"])
 def test_the_users_own_simulation_may_be_the_baseline_as_a_column_or_as_a_model_file(baseline, tmp_path):
-    from nnhydro.fitting.identify import identify
-    from nnhydro.models.storage import save_model
-    from nnhydro.recordings.campaign import Campaign
-
     if baseline == "file":
         healthy = Campaign.of(campaign("healthy").arm, list(campaign("healthy").recordings()))
         baseline = str(save_model(identify(healthy, "constant"), tmp_path / "model"))
     told = diagnosed("column", baseline)
     assert named(told) == RUBS
     assert told.heldout.after < 0.3 * told.heldout.before
+    again, motion = load_model(save_model(told.corrected, tmp_path / "corrected")), Motion.at([[0.3]], [[1.0]], [[0.5]])
+    assert torch.equal(again.torque(motion), told.corrected.torque(motion))
+
+
+def test_a_simulation_that_is_not_in_the_recordings_is_no_baseline():
+    with pytest.raises(RecordingError, match="tau1_sim_Nm"):
+        engine.diagnose(campaign("rubbing, three recordings"), "column")
 
 
 @pytest.mark.parametrize("name", ["healthy", "rubbing", "steady", "free pendulum"])
