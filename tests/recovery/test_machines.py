@@ -201,12 +201,12 @@ MACHINES = {
 
 @pytest.fixture(params=MACHINES, ids=lambda recorded: recorded.__name__)
 def machine(request, tmp_path):
-    """A campaign of five recordings as a user would have it, and what is hidden."""
+    """A campaign of four or five recordings as a user would have it, and what is hidden."""
     fluid, keys, part, hidden = MACHINES[request.param]
     (tmp_path / "recordings").mkdir()
     (tmp_path / "arm.yaml").write_text(yaml.safe_dump({"schema": "nnhydro/arm/1", "name": "a machine", "fluid": fluid, "links": [part],
                                                        "gravity_m_s2": 9.81, **keys}))
-    for seed in range(5):
+    for seed in range(5 if request.param is ball_screw else 4):  # whose offset is but one standard deviation of its noise
         pd.DataFrame(request.param(seed)).to_csv(tmp_path / "recordings" / f"r{seed}.csv", index=False)
     return tmp_path, hidden
 

@@ -26,8 +26,7 @@ LENGTH, DIAMETER, MASS, COM, INERTIA = 0.85, 0.075, 3.4, 0.4, 0.22
 RATE, CD, CM = 100.0, 1.1, 1.0
 AT_JOINT = INERTIA + MASS * COM**2 + 1000 * np.pi / 4 * DIAMETER**2 * LENGTH**3 / 3 * CM  # kg m^2
 DRAG = 500 * DIAMETER * LENGTH**4 / 4 * CD  # N m s^2
-MOTIONS = [((0.5, 0.45), (0.1, 0.9)), ((0.2, 0.9), (0.1, 0.3)), ((0.3, 0.3), (0.12, 1.3)), ((0.15, 1.6), (0.2, 0.5)),
-           ((0.25, 0.7), (0.08, 1.9)), ((0.6, 0.25), (0.05, 1.5))]  # rad, Hz
+MOTIONS = [((0.5, 0.45), (0.1, 0.9)), ((0.2, 0.9), (0.1, 0.3)), ((0.3, 0.3), (0.12, 1.3)), ((0.15, 1.6), (0.2, 0.5))]  # rad, Hz
 
 
 def motion(parts, seconds=20.0, rate=RATE):
