@@ -20,14 +20,15 @@ LONGEST = 60.0  # s, of check, benchmark, identify and predict together, on one 
 @pytest.fixture(scope="module")
 def folders(tmp_path_factory):
     root = tmp_path_factory.mktemp("strangers")
-    return {kind: write(root / kind, kind) for kind in (*HEALTHY, *HIDING)}
+    return {kind: write(root / kind, kind, 4 if kind in HIDING else 6) for kind in (*HEALTHY, *HIDING)}
 
 
 @pytest.fixture(scope="module", autouse=True)
 def without_figures():
-    """What is compared is written without its figures: tests of reports draw them."""
+    """What is compared and diagnosed is written without its figures: tests of reports draw them."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("nnhydro.report.benchmark.page.benchmark_figures", lambda result, folder: [])
+        for page in ("benchmark.page.benchmark_figures", "diagnosis.page.diagnosis_figures"):
+            patch.setattr(f"nnhydro.report.{page}", lambda *given: [])
         yield
 
 
