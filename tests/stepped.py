@@ -131,7 +131,7 @@ def model_of(name):
 
 
 @cache
-def hundred_thousand(name):
-    """A model, a long run, and the model's torques of it."""
-    model, motion = model_of(name), long_run(100_000)
+def over(rows, name):
+    """A model, a run of so many rows, and the model's torques of it."""
+    model, motion = model_of(name), long_run(rows)
     return model, motion, model.torque(motion).numpy()
