@@ -11,6 +11,7 @@ import nnhydro
 from nnhydro.diagnosis import diagnose as engine
 from nnhydro.diagnosis.diagnose import DiagnosisOptions
 from nnhydro.effects.effect import REGISTER
+from nnhydro.report.diagnosis import page
 
 pytestmark = pytest.mark.slow
 ROOT = Path(__file__).resolve().parents[2]
@@ -43,14 +44,16 @@ def once(real, key):
 def diagnosed_once():
     """The same recordings and choices are not diagnosed again: another test shows that they give the same.
 
-    Limits of the rig change the next experiment and nothing that is decided.
+    Limits of the rig change the next experiment and nothing that is decided. The figures of the first diagnosis alone are drawn.
     """
     def key(campaign, options, **changes):
         return campaign.sha256(), replace(options, baseline=options.baseline or "constant", **changes)
 
     diagnose = once(DiagnosisOptions.diagnose, lambda options, campaign, *progress: key(campaign, options))
     decide_on = once(engine._decide_on, lambda campaign, names, options, progress: (names, key(campaign, options, limits=None)))
+    figures = iter([page.diagnosis_figures])
     with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(page, "diagnosis_figures", lambda *given: next(figures, lambda *others: [])(*given))
         patch.setattr(DiagnosisOptions, "diagnose", lambda *arguments: diagnose(*arguments))
         patch.setattr(engine, "_decide_on", decide_on)
         yield
