@@ -213,8 +213,15 @@ def test_benchmark_compares_all_models_on_recordings_held_out_once(compared):
     assert (out / "reliability.csv").exists()
 
 
+@pytest.fixture
+def no_figures(compared, monkeypatch):
+    """A benchmark is written without its figures, which the first one has."""
+    compared()
+    monkeypatch.setattr("nnhydro.report.benchmark.page.benchmark_figures", lambda *given: [])
+
+
 @pytest.mark.slow
-def test_the_same_seed_gives_the_same_benchmark(compared):
+def test_the_same_seed_gives_the_same_benchmark(compared, no_figures):
     def without_times(found):
         document, _ = found
         for of_model in document["models"].values():
@@ -226,6 +233,7 @@ def test_the_same_seed_gives_the_same_benchmark(compared):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("no_figures")
 def test_the_seed_of_the_configuration_counts_unless_another_is_given(place, compared, said, tmp_path):
     (tmp_path / "seeded.toml").write_text(TINY + "seed = 5\n")
 
@@ -259,6 +267,7 @@ def test_a_place_that_cannot_be_written_to_is_refused_before_the_work(place, sai
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("no_figures")
 def test_the_benchmark_on_the_screen_ends_in_a_verdict(place, said, tmp_path):
     code, out, _ = said("benchmark", place / "campaign", "--models", "constant,textbook", "--out", tmp_path / "b")
     assert code == 0
@@ -266,6 +275,7 @@ def test_the_benchmark_on_the_screen_ends_in_a_verdict(place, said, tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("no_figures")
 def test_a_stored_model_takes_part_unless_it_was_fitted_to_the_campaign(place, model, said, tmp_path):
     command = ("benchmark", place / "campaign", "--models", f"constant,{model}", "--out", tmp_path / "b")
     one_line(said(*command), "has seen 6 of the 6 recordings here", "benchmark it on recordings that it has not seen")
@@ -277,6 +287,7 @@ def test_a_stored_model_takes_part_unless_it_was_fitted_to_the_campaign(place, m
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("no_figures")
 def test_steady_tables_alone_can_be_compared(said, tmp_path):
     a = arm(2)
     table = steady_table(a, planted(a), rows=30)

@@ -34,7 +34,7 @@ def written(model, folder, precision, flags=()):
 
 @with_compiler
 @pytest.mark.slow(seconds=35)
-@pytest.mark.parametrize(("name", "rows"), [("hybrid", 20_000), ("hybrid on state", 100_000), ("with memory", 100_000),
+@pytest.mark.parametrize(("name", "rows"), [("hybrid", 20_000), ("hybrid on state", 20_000), ("with memory", 100_000),
                                            ("network with memory", 20_000)])  # "with memory" is "hybrid" and more
 def test_a_hybrid_is_written_as_loops_and_gives_the_same_over_long_runs(name, rows, tmp_path):
     (model, motion, want), slow = over(rows, name), towed(4500)
