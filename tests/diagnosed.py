@@ -152,7 +152,7 @@ def springy(resonance=6.0):
     inertia = float(Loads(planted(ARM).terms).torque(Flow(ARM, Motion.at([[0.0]], [[0.0]], [[1.0]])))[0, 0])
     stiffness = inertia * (2 * np.pi * resonance) ** 2
     found, rng = [], np.random.default_rng(5)
-    for k in range(8):
+    for k in range(5):
         r = recording(ARM, planted(ARM), f"run{k:02d}", seed=k + 1, seconds=5.0)
         twist = CubicSpline(r.t, r.tau / stiffness)
         found.append(replace(r, q=r.q + twist(r.t), qd=r.qd + twist(r.t, 1), qdd=r.qdd + twist(r.t, 2),
@@ -273,7 +273,7 @@ CAMPAIGNS = {
     "held in a wave": held_in_a_wave,
     "held in other waves": lambda: held_in_a_wave(frequencies=OTHER_WAVES),
     "held in still water": lambda: held_in_a_wave(height=1e-6, frequencies=OTHER_WAVES[:4]),
-    "an unlisted law": lambda: Campaign.of(ARM, made(more=lambda r, k: 0.6 * np.sin(3.0 * r.q) * np.cos(2.0 * r.qd), count=8)),
+    "an unlisted law": lambda: Campaign.of(ARM, made(more=lambda r, k: 0.6 * np.sin(3.0 * r.q) * np.cos(2.0 * r.qd), count=5)),
     "free pendulum": pendulum,
     "hanging in water": hanging,
     "tethered": tethered,
