@@ -2,16 +2,16 @@
 
 Every round of the schedule (schedule.py) becomes: its operands, all linear combinations of what is known, and one operation a kind. Where
 the matrix is small, one product gives all operands at once; where it is not, long sums over the same atoms go as matrices of their own, the
-others as gathered terms, weighed and added, those of about the same length together. A node costs some 0.3 microseconds however small
-it is: few nodes mean speed. Values that nobody asks for soon are left behind, so that what is joined stays short. What may be infinite
-(the travel of a link that has moved for ever) enters no matrix with zeros: 0 times infinity is no number.
+others as gathered terms, weighed and added, those of about the same length together. A long sum that contains another one takes it as one
+term. A node costs some 0.4 microseconds however small it is, an element that is gathered or joined a thousandth of one: few nodes, and
+little that is copied, mean speed (vectors.py). What may be infinite (the travel of a link that has moved for ever) enters no matrix with
+zeros: 0 times infinity is no number.
 """
 
 import math
-from bisect import bisect_left
 from collections import defaultdict
 from collections.abc import Iterable, Sequence, Set
-from itertools import chain, islice
+from itertools import islice
 from typing import Any, final
 
 import numpy as np
@@ -21,103 +21,33 @@ from nnhydro.deployment.onnx.clipping import with_clips
 from nnhydro.deployment.onnx.expressions import Array, Program, Row, as_cells, infinite_atoms, row_of
 from nnhydro.deployment.onnx.row_blocks import Atoms, alike_in_length, mirror_pairs, row_blocks
 from nnhydro.deployment.onnx.schedule import rounds
+from nnhydro.deployment.onnx.vectors import ELEMENT, NODE, TIMES, Vectors, single
 
 OPS = {"mul": "Mul", "div": "Div", "max": "Max", "min": "Min", "pow": "Pow", "abs": "Abs", "sign": "Sign", "sqrt": "Sqrt", "exp": "Exp",
        "log": "Log", "tanh": "Tanh", "sin": "Sin", "cos": "Cos", "tan": "Tan", "atan": "Atan", "asin": "Asin", "acos": "Acos",
        "floor": "Floor", "ceil": "Ceil", "sigmoid": "Sigmoid", "maxof": "ReduceMax", "minof": "ReduceMin"}
 TESTS = {"positive": "Greater", "zero": "Equal"}
 CLIPS = {"clip": (-1.0, 1.0), "unit": (0.0, 1.0)}
+Parts = list[tuple[Row, float]]  # known sums, atoms among them, and their coefficients
 LONG = 4  # terms: longer sums over the same atoms may go as a matrix
-SOON = 8  # rounds: what is asked for later is left behind
-# microseconds of onnxruntime 1.32 on x86-64: a node, an element gathered, added or copied by a joint, a multiplication in a matrix
-NODE, ELEMENT, COPIED, TIMES = 0.25, 0.0008, 0.00025, {8: 2.6e-4, 4: 6e-5}
-Place = tuple[int, int]  # chunk and position in it
+
+
+def _ratios(row: Row) -> tuple[float, ...]:
+    return tuple(c / row[0][1] for _, c in row)
+
+
+def _cost_by_term(rows: Sequence[Parts]) -> float:
+    return 3.5 * NODE + 2 * ELEMENT * max(map(len, rows)) * len(rows)
 
 
 @final
-class Graph:
-    """Collects nodes and constants; `chunks` are the vectors computed so far and `places` tells where in them each value lies."""
+class Graph(Vectors):
+    """The graph of a program; `infinite` atoms enter no matrix."""
 
     def __init__(self, dtype: Any, infinite: Set[int] = frozenset()) -> None:
-        import onnx
-
-        self.onnx, self.dtype, self.infinite = onnx, np.dtype(dtype), infinite
-        self.nodes: list[Any] = []
-        self.constants: dict[tuple[Any, ...], Any] = {}
-        self.chunks: list[tuple[str, list[Row]]] = []
-        self.places: dict[Row, Place] = {}
-        self.uses: dict[Row, list[int]] = defaultdict(list)  # rounds in which a value is asked for
-        self.now = 0
-
-    def constant(self, values: Any, dtype: Any = None) -> str:
-        """Return the name of an initializer with `values`; equal ones are kept once."""
-        array = np.asarray(values, dtype=self.dtype if dtype is None else dtype)
-        key = (array.dtype.str, array.shape, array.tobytes())
-        if key not in self.constants:
-            self.constants[key] = self.onnx.numpy_helper.from_array(array, f"c{len(self.constants)}")
-        return str(self.constants[key].name)
-
-    def node(self, op: str, inputs: Sequence[str], outputs: int = 1, **attributes: Any) -> Any:
-        """Append a node; returns its output's name, or a list of names."""
-        names = [f"v{len(self.nodes)}" if outputs == 1 else f"v{len(self.nodes)}_{k}" for k in range(outputs)]
-        self.nodes.append(self.onnx.helper.make_node(op, list(inputs), names, **attributes))
-        return names[0] if outputs == 1 else names
-
-    def chunk(self, name: str, rows: Sequence[Row]) -> None:
-        """Take the vector `name` as the values of `rows`."""
-        for position, row in enumerate(rows):
-            self.places.setdefault(row, (len(self.chunks), position))
-        self.chunks.append((name, list(rows)))
-
-    def plan(self, wanted: Sequence[Iterable[Row]]) -> None:
-        """Note when each value is asked for, given the sums that are operands in each round."""
-        made: set[Row] = set()
-        for number, rows in enumerate(wanted):
-            for row in rows:
-                for part in (row, *([] if row in made else [((k, 1.0),) for k, _ in row])):
-                    self.uses[part].append(number)
-                made.add(row)
-
-    def _due(self, row: Row) -> float:
-        """The round, from now on, in which a value is asked for next; infinite: never."""
-        uses = self.uses.get(row, [])
-        return next(iter(uses[bisect_left(uses, self.now):]), math.inf)
-
-    def _due_soon(self, c: int) -> tuple[str, list[Row]]:
-        """The vector of chunk `c` with what it holds, or a shorter one of what is asked for soon where that pays."""
-        name, rows = self.chunks[c]
-        soon = [p for p, row in enumerate(rows) if self.places.get(row) == (c, p) and self._due(row) <= self.now + SOON]
-        if 2 * COPIED * (len(rows) - len(soon)) < NODE + ELEMENT * len(soon):
-            return name, rows
-        return self._elements(name, soon), [rows[p] for p in soon]
-
-    def _merge_chunks(self, used: Sequence[int]) -> None:
-        """Join chunks, each without what is not asked for soon where that pays, to one that stands for them from now on."""
-        names, parts = zip(*map(self._due_soon, used), strict=True)
-        rows = list(chain.from_iterable(parts))
-        for row in rows:
-            self.places.pop(row, None)
-        self.chunk(str(self.node("Concat", names, axis=0)), rows)
-
-    def _elements(self, source: str, index: Sequence[int]) -> str:
-        return str(self.node("GatherElements", [source, self.constant(index, np.int32)], axis=0))
-
-    def _reshape(self, vector: str, shape: Sequence[int]) -> str:
-        return str(self.node("Reshape", [vector, self.constant(shape, np.int64)]))
-
-    def gather(self, rows: Iterable[Row], shape: tuple[int, ...]) -> str:
-        """Return the values of `rows`, all known, as one tensor of `shape`."""
-        wanted = list(rows)
-        used = sorted({self.places[row][0] for row in wanted})
-        if len(used) > 1:
-            self._merge_chunks(used)
-            used = [len(self.chunks) - 1]
-        index = [self.places[row][1] for row in wanted]
-        source, stored = self.chunks[used[0]]
-        if len(shape) == 1 and index == list(range(len(stored))):
-            return source
-        taken = self._elements(source, index)
-        return taken if len(shape) == 1 else self._reshape(taken, shape)
+        super().__init__(dtype)
+        self.infinite = infinite
+        self.long: dict[Atoms, dict[tuple[float, ...], Row]] = defaultdict(dict)  # long sums of products by atoms and ratios of terms
 
     def combine(self, wanted: Iterable[Row]) -> None:
         """Compute every linear combination in `wanted` that is not there yet."""
@@ -125,9 +55,17 @@ class Graph:
         for (k, m), full in blocks.items():
             self._product(list(full), list(full.values()), k, m)
         wild = [row for row in short if self._wild(row)]
-        for rows in alike_in_length([row for row in short if not self._wild(row)], 3.5 * NODE, 2 * ELEMENT):
+        for rows in self._by_length(short):
             self._sums(rows)
         self._sums(wild, whole=False)
+
+    def _by_length(self, short: Sequence[Row]) -> list[list[Row]]:
+        return alike_in_length([row for row in short if not self._wild(row)], 3.5 * NODE, 2 * ELEMENT)
+
+    def _short_cost(self, short: Sequence[Row]) -> float:
+        wild = [row for row in short if self._wild(row)]
+        costs = [min(self._dense_cost(rows), _cost_by_term(list(map(self._parts, rows)))) for rows in self._by_length(short)]
+        return sum(costs) + (_cost_by_term(list(map(self._parts, wild))) if wild else 0.0)
 
     def _blocks(self, rows: Iterable[Row]) -> tuple[dict[tuple[int, int], dict[Atoms, list[Row]]], list[Row]]:
         """Rows over the same atoms, by size, that take less time as matrices than term by term; and all others."""
@@ -157,45 +95,61 @@ class Graph:
             self._mirror(atoms[0], rows[0], W[0], *paired)
             return
         shape = (each, k) if each == g else (g // each, each, k)
-        source = self.gather((((a, 1.0),) for number in order for a in atoms[number]), shape)
+        source = self.gather((single(a) for number in order for a in atoms[number]), shape)
         matrices = W[order[0]] if each == g else W[order[::each]]
         product = self.node("MatMul", [source, self.constant(matrices)])
-        self.chunk(self._reshape(product, [g * m]), [row for number in order for row in rows[number]])
+        self.chunk(self.reshape(product, [g * m]), [row for number in order for row in rows[number]])
+        for number in order:
+            self.long[atoms[number]].update({_ratios(row): row for row in rows[number]})
 
     def _mirror(self, atoms: Atoms, rows: list[Row], W: Array, pairs: list[tuple[int, int]], signs: Array) -> None:
         """Rows in pairs that differ in the signs of some atoms only: one matrix, of the atoms and of the atoms with these signs."""
-        both = self.gather((((a, 1.0),) for a in (*atoms, *atoms)), (2, len(atoms)))
+        both = self.gather((single(a) for a in (*atoms, *atoms)), (2, len(atoms)))
         signed = self.node("Mul", [both, self.constant(np.stack([np.ones_like(signs), signs]))])
         product = self.node("MatMul", [signed, self.constant(W[:, [a for a, _ in pairs]])])
-        self.chunk(self._reshape(product, [len(rows)]), [rows[pair[side]] for side in (0, 1) for pair in pairs])
+        self.chunk(self.reshape(product, [len(rows)]), [rows[pair[side]] for side in (0, 1) for pair in pairs])
 
-    def _dense_cost(self, atoms: int, rows: int) -> float:
-        return 2 * NODE + ELEMENT * atoms + TIMES[self.dtype.itemsize] * atoms * rows
+    def _dense_cost(self, rows: Sequence[Row]) -> float:
+        atoms = len({k for row in rows for k, _ in row})
+        return 2 * NODE + ELEMENT * atoms + TIMES[self.dtype.itemsize] * atoms * len(rows)
 
     def _dense(self, rows: Sequence[Row]) -> str:
         """Rows of any terms by one matrix, zeros included; returns the vector of their values."""
-        atoms = sorted({k for row in rows for k, _ in row}, key=lambda k: self.places[((k, 1.0),)])
+        atoms = sorted({k for row in rows for k, _ in row}, key=lambda k: self.place(single(k)))
         at = {k: i for i, k in enumerate(atoms)}
         W = np.zeros((len(atoms), len(rows)))
         for column, row in enumerate(rows):
             for k, c in row:
                 W[at[k], column] += c
-        return str(self.node("MatMul", [self.gather((((k, 1.0),) for k in atoms), (len(atoms),)), self.constant(W)]))
+        return str(self.node("MatMul", [self.gather(map(single, atoms), (len(atoms),)), self.constant(W)]))
 
     def _sums(self, rows: list[Row], whole: bool = True) -> None:
         """Rows of few terms: by one matrix (`whole`), or each term gathered, weighed and added."""
         if not rows:
             return
-        width, atoms = max(map(len, rows)), len({k for row in rows for k, _ in row})
-        if whole and width > 1 and self._dense_cost(atoms, len(rows)) < 3.5 * NODE + 2 * ELEMENT * width * len(rows):
-            self.chunk(self._dense(rows), rows)
-            return
-        padded = [(*row, *(((None, 0.0),) * (width - len(row)))) for row in rows]
+        parts = list(map(self._parts, rows))
+        in_one = whole and max(map(len, rows)) > 1 and self._dense_cost(rows) < _cost_by_term(parts)
+        self.chunk(self._dense(rows) if in_one else self._sum_by_term(parts), rows)
+
+    def _parts(self, row: Row) -> Parts:
+        """The terms of a row: atoms, or a sum that is there already and the atoms that it lacks."""
+        terms = dict(row)
+        for atoms in self.long if len(row) > LONG else ():
+            if len(atoms) < len(row) and terms.keys() >= set(atoms):
+                inner = tuple((k, terms[k]) for k in atoms)
+                if (known := self.long[atoms].get(_ratios(inner))) is not None:
+                    return [(known, inner[0][1] / known[0][1]), *((single(k), c) for k, c in row if k not in set(atoms))]
+        return [(single(k), c) for k, c in row]
+
+    def _sum_by_term(self, rows: Sequence[Parts]) -> str:
+        """Rows of any terms, filled up to the longest: each term gathered, weighed and added; returns the vector of their values."""
+        width = max(map(len, rows))
+        padded = [[*row, *([(single(None), 0.0)] * (width - len(row)))] for row in rows]
         weights = np.array([[c for _, c in row] for row in padded])
         shape = weights.shape if width > 1 else (len(rows),)
-        source = self.gather((((k, 1.0),) for row in padded for k, _ in row), shape)
-        product = self.node("Mul", [source, self.constant(weights.reshape(shape))])
-        self.chunk(product if width == 1 else self.node("ReduceSum", [product, self.constant([1], np.int64)], keepdims=0), rows)
+        source = self.gather((key for row in padded for key, _ in row), shape)
+        product = str(self.node("Mul", [source, self.constant(weights.reshape(shape))]))
+        return product if width == 1 else str(self.node("ReduceSum", [product, self.constant([1], np.int64)], keepdims=0))
 
     def output(self, name: str, values: NDArray[np.object_]) -> None:
         """Compute the output `name`."""
@@ -223,20 +177,31 @@ class Graph:
                 self.chunk(self.operation(kind, vectors[kind]), [((k, 1.0),) for k in atoms])
 
     def _operands(self, vectors: list[list[Row]]) -> list[str]:
-        """Return vectors of the values of rows: by one matrix, or new sums first and then all gathered."""
+        """Return vectors of the values of rows, constants as they are; equal rows throughout are one number."""
+        short = [rows[:1] if len(set(rows)) == 1 else rows for rows in vectors]
+        numbers = [all(k is None for row in rows for k, _ in row) for rows in short]
+        computed = iter(self._vectors_of([rows for rows, number in zip(short, numbers, strict=True) if not number]))
+        return [self.constant([row[0][1] for row in rows]) if number else next(computed)
+                for rows, number in zip(short, numbers, strict=True)]
+
+    def _vectors_of(self, vectors: list[list[Row]]) -> list[str]:
+        """Vectors of the values of rows: by one matrix, all term by term, or new sums first and then each gathered."""
         rows = [row for vector in vectors for row in vector]
         fresh = dict.fromkeys(row for row in rows if row not in self.places)
-        known = {k for row in rows for k, _ in row}
-        atoms, there = len(known), all(self._due(((k, 1.0),)) < math.inf for k in known)  # of sums known already they may be gone
-        blocks, short = self._blocks(fresh)
-        products = sum(self._products_cost(*size, len(full)) for size, full in blocks.items())
-        staged = (4 * NODE + ELEMENT * (len(rows) + sum(map(len, short))) + products + min(2.0, self._dense_cost(atoms, len(fresh))))
-        if fresh and there and self._dense_cost(atoms, len(rows)) < staged and not any(map(self._wild, rows)):
-            whole = self._dense(rows)
-            self.chunk(whole, rows)
-            return self._cut(whole, list(map(len, vectors)))
+        there = all(self.due(single(k)) < math.inf for row in rows for k, _ in row)  # of sums known already they may be gone
+        blocks, _ = self._blocks(fresh)
+        if fresh and there and not blocks:
+            parts = list(map(self._parts, rows))
+            dense = math.inf if any(map(self._wild, rows)) else self._dense_cost(rows)
+            cut = NODE * (len(vectors) > 1)
+            at_once = cut + min(dense, _cost_by_term(parts))
+            if at_once < self._short_cost(list(fresh)) + NODE * (1 + len(vectors)) + ELEMENT * len(rows):
+                whole = self._dense(rows) if cut + dense == at_once else self._sum_by_term(parts)
+                self.chunk(whole, rows)
+                return self._cut(whole, list(map(len, vectors)))
         self.combine(rows)
-        return self._cut(self.gather(rows, (len(rows),)), list(map(len, vectors)))
+        self.join_scattered(vectors)
+        return [self.gather(vector, (len(vector),)) for vector in vectors]
 
     def _cut(self, whole: str, sizes: list[int]) -> list[str]:
         return [whole] if len(sizes) == 1 else self.node("Split", [whole, self.constant(sizes, np.int64)], len(sizes), axis=0)

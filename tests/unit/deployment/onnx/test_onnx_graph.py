@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from onnx import TensorProto
 
-from nnhydro.deployment.onnx.expressions import Program, add, combine
+from nnhydro.deployment.onnx.expressions import Program, add, combine, scale
 from nnhydro.deployment.onnx.onnx_graph import onnx_model
 
 
@@ -29,8 +30,7 @@ def test_what_is_asked_for_late_is_not_copied_before():
     for _ in range(12):
         y = p.unary("tanh", add(p.mul(y, y), p.input(late)))
     made = onnx_model(p, {"x": (late,), "y": (2,)}, {"z": np.array([p.mul(y, p.input(k)) for k in range(late)])}, np.float64, 17, {})
-    joined = [node for node in made.graph.node if node.op_type == "Concat"]
-    assert len([node for node in joined if "x" in node.input]) == 1
+    assert not [node for node in made.graph.node if node.op_type == "Concat" and "x" in node.input]
     given = {"x": rng.standard_normal(late), "y": rng.standard_normal(2)}
     want = np.tanh(given["y"].sum())
     for _ in range(12):
@@ -47,3 +47,32 @@ def test_a_law_of_nine_terms_on_many_strips_is_one_product_and_a_few_such_sums_a
     made = onnx_model(p, {"x": (9 * sets,)}, {"y": np.array([p.unary("tanh", x) for x in sums])}, np.float64, 17, {})
     assert [node.op_type for node in made.graph.node if node.op_type in ("MatMul", "ReduceSum")] == ["MatMul"]
     assert sum(len(x.dims) == 2 and list(x.dims) == [9, 40] for x in made.graph.initializer) == matrices
+
+
+def test_a_long_sum_that_contains_another_takes_it_as_one_term():
+    import onnxruntime
+
+    rng, p, sets = np.random.default_rng(0), Program(36 * 20), 20
+    x, W = [p.input(k) for k in range(36 * sets)], rng.standard_normal((20, 16))
+    sums = [[combine(list(zip(row, x[36 * s:], strict=False))) for row in W] for s in range(sets)]
+    longer = [add(scale(value, -0.5), x[36 * s + 16 + k]) for s in range(sets) for k, value in enumerate(sums[s])]
+    values = [p.unary("tanh", value) for value in [*(value for own in sums for value in own), *longer]]
+    made = onnx_model(p, {"x": (36 * sets,)}, {"y": np.array(values)}, np.float64, 17, {})
+    assert max(int(np.prod(i.dims)) for i in made.graph.initializer if i.data_type == TensorProto.INT32) == 2 * len(longer)
+    given = rng.standard_normal(36 * sets)
+    (got,) = onnxruntime.InferenceSession(made.SerializeToString(), providers=["CPUExecutionProvider"]).run(None, {"x": given})
+    each = given.reshape(sets, 36)
+    short = each[:, :16] @ W.T
+    np.testing.assert_allclose(got, np.tanh([*short.ravel(), *(each[:, 16:] - short / 2).ravel()]), rtol=1e-12)
+
+
+def test_numbers_are_not_gathered_and_equal_operands_are_one():
+    p = Program(3)
+    made = onnx_model(p, {"x": (3,)}, {"y": np.array([p.apply("max", p.input(k), 0.3) for k in range(3)])}, np.float64, 17, {})
+    assert [node.op_type for node in made.graph.node] == ["Max", "Reshape"]
+    made = onnx_model(p, {"x": (3,)}, {"y": np.array([p.where(p.input(0), p.input(k), p.input(2)) for k in (1, 0)])}, np.float64, 17, {})
+    (where,) = [node for node in made.graph.node if node.op_type == "Where"]
+    (asked,) = [node for node in made.graph.node if node.output[0] == where.input[0]]
+    (gathered,) = [node for node in made.graph.node if node.output[0] == asked.input[0]]
+    (index,) = [x for x in made.graph.initializer if x.name == gathered.input[1]]
+    assert list(index.dims) == [1]
