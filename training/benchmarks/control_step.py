@@ -1,8 +1,9 @@
 """How long one step takes a controller: C and ONNX, double and single, median and 99th percentile; and 10^7 steps without allocation.
 
 `python training/benchmarks/control_step.py MODEL... ` writes the times of a step to control_step.json, `.. control_step.py loop MODEL...`
-the 10^7 steps, `.. control_step.py rounds MODEL...` what onnxruntime cannot go below: rounds of operations that wait for one another, and
-the time of these operations on vectors that lie ready, beside the whole step; MODEL is a folder of a model.
+the 10^7 steps, `.. control_step.py onnx MODEL...` those of onnxruntime alone, `.. control_step.py rounds MODEL...` what onnxruntime cannot
+go below: rounds of operations that wait for one another, and the time of these operations on vectors that lie ready, beside the whole step;
+MODEL is a folder of a model.
 """
 
 import json
@@ -132,19 +133,23 @@ def operations_alone(recorded, precision):
 
 def main():
     """Measure every model and write control_step.json."""
-    path, mode = Path(__file__).with_suffix(".json"), sys.argv[1] if sys.argv[1:2] in (["loop"], ["rounds"]) else ""
+    path, mode = Path(__file__).with_suffix(".json"), sys.argv[1] if sys.argv[1:2] in (["loop"], ["onnx"], ["rounds"]) else ""
     models = {folder.name: load_model(folder) for folder in map(Path, sys.argv[1 + bool(mode):])}
     before = json.loads(path.read_text()) if path.exists() else {}
     if mode == "loop":
         found = before | {"loop": {name: in_c(model, "double", LOOP, ["native"])["native"] for name, model in models.items()}}
         print(json.dumps(found["loop"], indent=1))
+    elif mode == "onnx":
+        made = {name: {precision: in_onnx(model, precision) for precision in KINDS} for name, model in models.items()}
+        found = before | {"onnx": {"machine": machine("onnxruntime"), **made}}
+        print(json.dumps(found["onnx"], indent=1))
     elif mode == "rounds":
         made = {name: {precision: {"operations alone": operations_alone(record_step(model), precision), "step": in_onnx(model, precision)}
                        for precision in KINDS} for name, model in models.items()}
         found = before | {"rounds": {"machine": machine("onnxruntime"), **made}}
         print(json.dumps(found["rounds"], indent=1))
     else:
-        found = {"machine": machine(), "loop": before.get("loop", {}), "rounds": before.get("rounds", {})}
+        found = {"machine": machine(), **{key: before[key] for key in ("loop", "onnx", "rounds") if key in before}}
         for name, model in models.items():
             found[name] = {precision: {"c": in_c(model, precision, STEPS), "onnx": in_onnx(model, precision)} for precision in KINDS}
             print(name, json.dumps(found[name], indent=1), flush=True)
