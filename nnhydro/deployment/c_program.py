@@ -24,7 +24,7 @@ FORMS: Final = {"same": "{0}", "mul": "{0}*{1}", "div": "{0}/{1}", "max": "({0} 
                 "sign": "(real)(({0} > R(0.0)) - ({0} < R(0.0)))"}
 PLAIN: Final = {"abs": "fabs", "sqrt": "sqrt", "log": "log", "sin": "sin", "cos": "cos", "tan": "tan", "atan": "atan", "asin": "asin",
                 "acos": "acos", "floor": "floor", "ceil": "ceil", "pow": "pow"}
-LOOPED: Final = ("sin", "cos", "log")  # written out below for loops in double precision
+TURNING: Final = ("sin", "cos")  # written out below for loops in double precision
 WRITTEN_OUT: Final = ("exp", "tanh", "sigmoid")  # functions written out below
 TINY: Final = 1.2e-38  # below it a number of single precision is 0
 LITERAL: Final = re.compile(r"(?<![\w.])(\d+\.\d*(?:e[+-]?\d+)?|\d+e[+-]?\d+)(?![\w.])")
@@ -55,22 +55,6 @@ static inline real f_cos(real x) {{
     real sign;
     const real r = f_turn(x, &sign), z = r*r, p = {horner(Q)};
     return (1.0 - 0.5*z + z*z*p)*sign;
-}}"""
-# (log((1 + s)/(1 - s))/s - 2)/s^2 as a polynomial of s^2 for |s| <= (sqrt(2) - 1)/(sqrt(2) + 1), likewise: 1e-18 off at most
-LOGARITHM: Final = (0.666666666666667, 0.39999999999899505, 0.28571428625975487, 0.2222221113479508, 0.18182889125261723,
-                    0.15331721600556042, 0.14616449685043406)
-LOG: Final = f"""
-static inline real f_log(real x) {{ /* k log(2) + log(1 + f), 1 + f from sqrt(1/2) to sqrt(2), s = f/(2 + f): no branches either */
-    union {{ real f; unsigned long long i; }} p, e;
-    const real small = x < 2.2250738585072014e-308 ? 54.0 : 0.0;
-    p.f = x < 2.2250738585072014e-308 ? x*18014398509481984.0 : x;
-    e.i = (p.i - 0x3fe6a09e667f3bcdULL + (1024ULL << 52)) >> 52; /* 1024 + k, an exponent beyond that of sqrt(1/2) */
-    p.i -= (e.i - 1024ULL) << 52;
-    e.i |= 0x4330000000000000ULL;
-    const real k = (e.f - 4503599627371520.0) - small, f = p.f - 1.0, s = f/(2.0 + f), z = s*s, h = 0.5*f*f;
-    const real series = {horner(LOGARITHM[::-1])};
-    const real found = k*0.693147180369123816490 - ((h - (s*(h + z*series) + k*1.90821492927058770002e-10)) - f);
-    return x > 0.0 ? (x < INFINITY ? found : x) : (x == 0.0 ? -INFINITY : NAN);
 }}"""
 # r coth(r/2) as a polynomial of r^2 for |r| <= ln(2)/2, likewise: 2e-18 and 2e-9 off at most
 COTANGENT: Final = {
@@ -126,8 +110,8 @@ def _literal(precision: str) -> Any:
     return number
 
 
-def _functions(precision: str, looped: bool) -> str:
-    """exp, tanh and the logistic function, sine, cosine and log where they are our own, and the others from math.h under one name."""
+def _functions(precision: str, with_sine: bool) -> str:
+    """exp, tanh and the logistic function, sine and cosine where they are our own, and the others from math.h under one name."""
     double, end = precision == "double", "" if precision == "double" else "f"
     *others, last = EXPONENTIAL[precision]
     values = {"integer": "long long" if double else "int", "span": "700.0" if double else "80.0",
@@ -137,8 +121,8 @@ def _functions(precision: str, looped: bool) -> str:
               "mantissa": 52 if double else 23, "last": last,
               "horner": "\n".join(f"    e = e*r + R({c});" for c in reversed(others)),
               "cotangent": LITERAL.sub(r"R(\1)", horner(COTANGENT[precision][::-1]))}
-    library = "\n".join(f"#define f_{name} {c}{end}" for name, c in PLAIN.items() if not (looped and name in LOOPED))
-    return FAST.format(**values) + (SINE + LOG if looped else "") + "\n" + library
+    library = "\n".join(f"#define f_{name} {c}{end}" for name, c in PLAIN.items() if not (with_sine and name in TURNING))
+    return FAST.format(**values) + (SINE if with_sine else "") + "\n" + library
 
 
 def _statements(program: Program, outputs: Sequence[Value], precision: str) -> tuple[list[str], list[str]]:
@@ -163,11 +147,11 @@ def c_function(head: str, program: Program, outputs: Sequence[Value], precision:
     """Return C text of the function `head`, such as `void run`; `prefix` begins what else is defined, where two stand in one file."""
     large = _terms(program, outputs) >= MANY
     single = ["#define SINGLE"] if precision == "single" else []
-    looped = large and precision == "double"  # in a loop it is faster than the library's, alone it is not
-    renamed = (*WRITTEN_OUT, "rest", "ratio", *(("turn", *LOOPED) if looped else ())) if prefix else ()
+    with_sine = large and precision == "double"  # in a loop it is faster than the library's, alone it is not
+    renamed = (*WRITTEN_OUT, "rest", "ratio", *(("turn", *TURNING) if with_sine else ())) if prefix else ()
     begin = [f"#define real {PRECISIONS[precision]}", "#define R(x) ((real)(x))", *(f"#define f_{f} {prefix}f_{f}" for f in renamed)]
     end = ["#undef real", "#undef R", *(f"#undef f_{f}" for f in (*PLAIN, *renamed))]
-    functions = _functions(precision, looped)
+    functions = _functions(precision, with_sine)
     if not large:
         body, results = _statements(program, outputs, precision)
         known = [f"const real o{k} = {result};" for k, result in enumerate(results)]  # `out` may lie where `in` does

@@ -41,19 +41,3 @@ def test_loops_over_other_functions_are_as_good_as_numpy_s(kind, precision, tmp_
     got = in_c(tmp_path, program, [program.unary(kind, program.input(k)) for k in range(len(x))], precision)(x)
     want = getattr(np, kind)(x.astype(float))
     assert (np.abs(got - want) <= 2 * np.finfo(REAL[precision]).eps * np.maximum(np.abs(want), 0.5 * (kind != "sqrt"))).all()
-
-
-@pytest.mark.parametrize("many", [0, 10**9], ids=["loops", "statements"])
-@pytest.mark.parametrize("precision", REAL)
-def test_a_logarithm_is_good_to_the_last_digits_and_knows_its_ends(precision, many, tmp_path, monkeypatch):
-    monkeypatch.setattr(c_program, "MANY", many)
-    real = REAL[precision]
-    sizes = [np.geomspace(np.finfo(real).tiny, np.finfo(real).max / 4, 200), np.linspace(0.5, 2.0, 301), 1 + np.geomspace(1e-12, 1e-3, 40)]
-    x = np.concatenate([[np.finfo(real).smallest_subnormal, np.sqrt(0.5), np.sqrt(2.0)], *sizes]).astype(real)
-    program = Program(len(x) + 4)
-    outputs = [program.unary("log", program.input(k)) for k in range(program.n_inputs)]
-    got = in_c(tmp_path, program, outputs, precision)(np.concatenate([x, [0.0, np.inf, -1.0, np.nan]]))
-    want = np.log(x.astype(np.longdouble))
-    assert (np.abs(got[:-4] - want) <= 1.5 * np.spacing(np.abs(want).astype(real))).all()
-    assert list(got[-4:-2]) == [-np.inf, np.inf]
-    assert np.isnan(got[-2:]).all()
