@@ -21,8 +21,8 @@ A member k of the best set S is claimed if it passes six tests.
 Members that fail leave the set, a special law for a plainer one of its cause, one with a value beyond a bound for a narrower form of
 itself, and the others are judged again: first the one least probably in the catalogue, then the one that gains least. One dismissed as the
 form of another leaves last, and is judged again when that other fails. The set with the higher score is claimed where a member that fails
-could also stay: without those that share what it explains, or because claims fall with it. So a member that gains little beside others is
-judged again without those of them that fail.
+could also stay: without those that share what it explains, in the place of one of them, or because claims fall with it. So a member that
+gains little beside others is judged again without those of them that fail.
 """
 
 from collections.abc import Iterator
@@ -141,8 +141,8 @@ def decide(search: Search, best: ScoredSet, seed: int, as_form: frozenset[int] =
         rival = (search.score(best.without(*instead)), exact, needed) if instead else None
         if weak and worst not in needed and _fallen(judged, made):
             rival = best, exact, needed | {worst}
-    if rival:
-        other = decide(search, rival[0], seed, as_form, rival[1], known, rival[2])
+    for other_set, spared, wanted in (*([rival] if rival else []), *((found, exact, needed) for found in _exchanged(search, best, worst, made))):
+        other = decide(search, other_set, seed, as_form, spared, known, wanted)
         needs = LEAST_GAIN * max(len(other.claimed.chosen) - len(made.claimed.chosen), 0)
         made = other if worst in other.claimed.chosen and other.claimed.score > made.claimed.score + needs else made
     decided = {(decision.effect, decision.joint) for decision in made.decisions}
@@ -150,6 +150,14 @@ def decide(search: Search, best: ScoredSet, seed: int, as_form: frozenset[int] =
     more = tuple(decision for decision in left if (decision.effect, decision.joint) not in decided)
     known[place] = replace(made, decisions=(*more, *made.decisions))
     return known[place]
+
+
+def _exchanged(search: Search, best: ScoredSet, k: int, made: Claims) -> list[ScoredSet]:
+    """Return the set of a higher score than the claims `made` of which the failed member `k` takes one's place, at most one."""
+    rests = [made.claimed.without(m) for m in made.claimed.chosen] if k not in made.claimed.chosen else []
+    sets = [search.score((*rest, k)) for rest in rests if len(rest) + 1 < len(best.chosen)
+            and search.place(k) not in search.occupied_places(rest)]
+    return [found for found in [max(sets, key=lambda s: s.score, default=made.claimed)] if found.score > made.claimed.score]
 
 
 def _fallen(judged: dict[int, Decision], made: Claims) -> set[int]:

@@ -115,7 +115,8 @@ def are_integrals(recordings: Sequence[Recording]) -> bool:
 
     An encoder's angles miss at least the noise of the rates. No difference of angles makes such rates, so that these are the measurement.
     """
-    missed = [_missed_by_integral(r) for r in recordings if r.qd is not None and len(r) >= FEWEST and r.duration > 0]
+    missed = [_missed_by_integral(recording) for recording in recordings
+              if recording.qd is not None and len(recording) >= FEWEST and recording.duration > 0]
     return bool(missed) and bool((np.median(missed, axis=0) < INTEGRATED).all())
 
 

@@ -25,7 +25,7 @@ def test_a_law_that_gains_too_little_is_claimed_if_others_fail_without_it_and_it
     one = with_little_of(size)
     both, alone = one.score((0, 1)), one.score((0,))
     assert (one.gain(alone, both) > 0) == (size > 0)
-    monkeypatch.setattr(deciding, "least_gain", lambda library, largest, k, alternatives: 1e6 if k == 1 else 3.0)
+    monkeypatch.setattr(deciding, "least_gain", lambda library, largest, k: 1e6 if k == 1 else 3.0)
     monkeypatch.setattr(deciding, "listed_probability", lambda search, found, k: 0.1 if falls and found.chosen == (0,) else 1.0)
     decided = decide(one, both, 0)
     assert decided.claimed.chosen == claimed

@@ -5,7 +5,7 @@ import pytest
 from problems import design, evidences, law, planted, search, unknown
 
 from nnhydro.diagnosis.constants import FORM, UNLISTED
-from nnhydro.diagnosis.model.sizes import Sizes, fit_sizes, without_unknown
+from nnhydro.diagnosis.model.sizes import Sizes, fit_sizes, nats_of_sizes, without_unknown
 from nnhydro.diagnosis.search.library import bound_bonus
 from nnhydro.diagnosis.search.scored_set import imitated_nats
 
@@ -14,7 +14,8 @@ from nnhydro.diagnosis.search.scored_set import imitated_nats
 def test_a_score_is_evidence_plus_prior_plus_bounds_less_what_form_costs(chosen):
     one = planted()
     got, (on, off) = one.score(chosen), evidences(one, chosen)
-    assert on > off
+    doubt = np.log(1 / UNLISTED - 1) + nats_of_sizes(one.whitened, got.fit, got.sizes)
+    assert on > off + doubt
     assert got.unknown_nats == pytest.approx(on - off, abs=1e-4)
     prior = sum(one.view.library.log_prior(k) for k in chosen)
     bound = 0.0
@@ -22,8 +23,7 @@ def test_a_score_is_evidence_plus_prior_plus_bounds_less_what_form_costs(chosen)
         at = got.places(one.view)[5]
         sd = np.sqrt(np.diag(got.fit.covariance(np.arange(at.start, at.stop))))
         bound = bound_bonus(np.array([0.0]), np.array([np.inf]), got.fit.mean[at], sd)
-    assert on - off > np.log(1 / UNLISTED - 1)
-    assert got.score == pytest.approx(on - np.log(1 / UNLISTED - 1) - FORM**2 * (on - off) + prior + bound, abs=1e-4)
+    assert got.score == pytest.approx(on - doubt - FORM**2 * (on - off) + prior + bound, abs=1e-4)
 
 
 def test_an_unknown_that_gains_less_than_the_odds_of_an_unlisted_cause_is_none():
@@ -33,8 +33,9 @@ def test_an_unknown_that_gains_less_than_the_odds_of_an_unlisted_cause_is_none()
     for size in np.linspace(0.0, 0.4, 21):
         of.y[:, 0] += (size > 0) * 0.02 * smooth
         one = search(of, (law("any"),))
-        on = max(fit_sizes(one.whitened, None, Sizes.even(one.whitened, size))[0].log_evidence for size in (0.1, 0.004))
-        gained.append(on - without_unknown(one.whitened, None).log_evidence)
+        fits = [fit_sizes(one.whitened, None, Sizes.even(one.whitened, size)) for size in (0.1, 0.004)]
+        fit, sizes = max(fits, key=lambda found: found[0].log_evidence)
+        gained.append(fit.log_evidence - nats_of_sizes(one.whitened, fit, sizes) - without_unknown(one.whitened, None).log_evidence)
         assert (one.score(()).unknown_nats > 0) == (gained[-1] > np.log(1 / UNLISTED - 1))
     assert any(0.1 < nats < np.log(1 / UNLISTED - 1) for nats in gained)
     assert gained[-1] > np.log(1 / UNLISTED - 1)
