@@ -141,8 +141,9 @@ def decide(search: Search, best: ScoredSet, seed: int, as_form: frozenset[int] =
         rival = (search.score(best.without(*instead)), exact, needed) if instead else None
         if weak and worst not in needed and _fallen(judged, made):
             rival = best, exact, needed | {worst}
-    for other_set, spared, wanted in (*([rival] if rival else []), *((found, exact, needed) for found in _exchanged(search, best, worst, made))):
-        other = decide(search, other_set, seed, as_form, spared, known, wanted)
+    rivals = [*([rival] if rival else []), *((found, exact, needed) for found in _exchange(search, best, worst, made))]
+    for instead_of_made, spared, wanted in rivals:
+        other = decide(search, instead_of_made, seed, as_form, spared, known, wanted)
         needs = LEAST_GAIN * max(len(other.claimed.chosen) - len(made.claimed.chosen), 0)
         made = other if worst in other.claimed.chosen and other.claimed.score > made.claimed.score + needs else made
     decided = {(decision.effect, decision.joint) for decision in made.decisions}
@@ -152,7 +153,7 @@ def decide(search: Search, best: ScoredSet, seed: int, as_form: frozenset[int] =
     return known[place]
 
 
-def _exchanged(search: Search, best: ScoredSet, k: int, made: Claims) -> list[ScoredSet]:
+def _exchange(search: Search, best: ScoredSet, k: int, made: Claims) -> list[ScoredSet]:
     """Return the set of a higher score than the claims `made` of which the failed member `k` takes one's place, at most one."""
     rests = [made.claimed.without(m) for m in made.claimed.chosen] if k not in made.claimed.chosen else []
     sets = [search.score((*rest, k)) for rest in rests if len(rest) + 1 < len(best.chosen)

@@ -32,3 +32,18 @@ def test_a_law_that_gains_too_little_is_claimed_if_others_fail_without_it_and_it
     if claimed == (0, 1):
         (decision,) = [d for d in decided.decisions if d.effect == "law_1"]
         assert 0 <= decision.threshold < decision.statistic < LEAST_GAIN
+
+
+def test_a_member_that_fails_takes_the_place_of_one_that_explains_less():
+    """Law 0 acts; law 1 resembles it, law 2 has another torque. Only the higher score counts, and a place is taken once."""
+    of = design(0, groups=8, rows=30)
+    X = np.random.default_rng(50).standard_normal((*of.y.shape, 3))
+    X[..., 1] = X[..., 0] + 0.5 * X[..., 1]
+    of.y = of.y + X @ [0.6, 0.0, 0.6]
+    one = search(of, tuple(law(f"law_{k}") for k in range(3)), X)
+    best, similar, true = one.score((0, 1, 2)), one.score((1, 2)), one.score((0, 2))
+    assert true.score > similar.score + LEAST_GAIN
+    assert [found.chosen for found in deciding._exchange(one, best, 0, deciding.Claims(similar, (), {}))] == [true.chosen]
+    assert deciding._exchange(one, best, 1, deciding.Claims(true, (), {})) == []
+    assert deciding._exchange(one, best, 0, deciding.Claims(true, (), {})) == [], "it is claimed already"
+    assert deciding._exchange(one, similar, 0, deciding.Claims(similar, (), {})) == [], "a set of the same size would be judged for ever"
