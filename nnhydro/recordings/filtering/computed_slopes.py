@@ -100,14 +100,16 @@ class LeftOut:
                 for recording in recordings]
 
 
-def _missed_by_integral(r: Recording) -> Array:
-    """What the integral of the rates misses of the changes of the angles in `r`, (links,), over what the rates' noise makes of one."""
-    assert r.qd is not None
-    dt, level = np.diff(r.t)[:, None], white_level(r.qd)
+def _missed_by_integral(t: Array, q: Array, qd: Array) -> Array:
+    """What the integral of the rates misses of the changes of the angles, (links,), over what the rates' noise makes of one.
+
+    NaN where the rates have no noise, as of a joint at rest.
+    """
+    dt, level = np.diff(t)[:, None], white_level(qd)
     assert level is not None
-    missed = np.diff(r.q, axis=0) - dt * (r.qd[1:] + r.qd[:-1]) / 2
-    made: Array = np.sqrt(np.nanmean(missed**2, axis=0)) / np.maximum(float(np.median(dt)) * level, 1e-300)
-    return made
+    missed = np.sqrt(np.mean((np.diff(q, axis=0) - dt * (qd[1:] + qd[:-1]) / 2) ** 2, axis=0))
+    made: Array = np.full(len(level), np.nan)
+    return np.divide(missed, float(np.median(dt)) * level, out=made, where=level > 0)
 
 
 def are_integrals(recordings: Sequence[Recording]) -> bool:
@@ -115,9 +117,11 @@ def are_integrals(recordings: Sequence[Recording]) -> bool:
 
     An encoder's angles miss at least the noise of the rates. No difference of angles makes such rates, so that these are the measurement.
     """
-    missed = [_missed_by_integral(recording) for recording in recordings
-              if recording.qd is not None and len(recording) >= FEWEST and recording.duration > 0]
-    return bool(missed) and bool((np.median(missed, axis=0) < INTEGRATED).all())
+    missed = [_missed_by_integral(recording.t[start:stop], recording.q[start:stop], recording.qd[start:stop]) for recording in recordings
+              if recording.qd is not None for start, stop in stretches(recording, with_torque=False) if stop - start >= FEWEST]
+    by_joint = [values[np.isfinite(values)] for values in np.transpose(missed)] if missed else []
+    moving = [values for values in by_joint if len(values)]
+    return bool(moving) and all(float(np.median(values)) < INTEGRATED for values in moving)
 
 
 def without_computed_slopes(recordings: Sequence[Recording]) -> tuple[list[Recording], LeftOut]:

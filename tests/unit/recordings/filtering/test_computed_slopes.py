@@ -107,3 +107,16 @@ def test_angles_of_an_encoder_are_no_integral_however_well_they_agree_with_the_r
 def test_rates_that_are_differences_of_the_angles_make_no_integral(filtered):
     assert not are_integrals([differences(recorded(noise=(1e-3, 0.0, 0.0), seed=seed), filtered) for seed in range(3)])
     assert not are_integrals([replace(recorded(noise=(1e-3, 0.0, 0.0)), qd=None)])
+
+
+def test_a_joint_at_rest_says_nothing_of_how_the_angles_were_made():
+    still = [replace(r, q=r.q * [1, 0], qd=r.qd * [1, 0]) for seed in (5, 6) for r in [recorded(noise=(1e-3, 1e-2, 0.0), seed=seed)]]
+    assert not are_integrals(still)
+    assert not are_integrals([replace(r, q=0 * r.q, qd=0 * r.qd) for r in still])
+    assert are_integrals([integrated(replace(r, qd=r.qd * [1, 0])) for r in still])
+
+
+def test_a_gap_in_a_tachometers_record_hides_nothing():
+    r = integrated(recorded(noise=(0.0, 1e-2, 0.0)))
+    gap = np.where((np.arange(len(r)) > 300) & (np.arange(len(r)) < 320), np.nan, 1.0)[:, None]
+    assert are_integrals([replace(r, q=gap * r.q, qd=gap * r.qd)])
