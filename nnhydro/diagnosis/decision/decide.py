@@ -141,9 +141,11 @@ def decide(search: Search, best: ScoredSet, seed: int, as_form: frozenset[int] =
         rival = (search.score(best.without(*instead)), exact, needed) if instead else None
         if weak and worst not in needed and _fallen(judged, made):
             rival = best, exact, needed | {worst}
-    rivals = [*([rival] if rival else []), *((found, exact, needed) for found in _exchange(search, best, worst, made))]
-    for instead_of_made, spared, wanted in rivals:
-        other = decide(search, instead_of_made, seed, as_form, spared, known, wanted)
+    exchanged = _exchange(search, best, worst, made)
+    for other_set in (rival, exchanged and (exchanged, exact, needed)):
+        if not other_set:
+            continue
+        other = decide(search, other_set[0], seed, as_form, other_set[1], known, other_set[2])
         needs = LEAST_GAIN * max(len(other.claimed.chosen) - len(made.claimed.chosen), 0)
         made = other if worst in other.claimed.chosen and other.claimed.score > made.claimed.score + needs else made
     decided = {(decision.effect, decision.joint) for decision in made.decisions}
@@ -153,12 +155,17 @@ def decide(search: Search, best: ScoredSet, seed: int, as_form: frozenset[int] =
     return known[place]
 
 
-def _exchange(search: Search, best: ScoredSet, k: int, made: Claims) -> list[ScoredSet]:
-    """Return the set of a higher score than the claims `made` of which the failed member `k` takes one's place, at most one."""
-    rests = [made.claimed.without(m) for m in made.claimed.chosen] if k not in made.claimed.chosen else []
-    sets = [search.score((*rest, k)) for rest in rests if len(rest) + 1 < len(best.chosen)
-            and search.place(k) not in search.occupied_places(rest)]
-    return [found for found in [max(sets, key=lambda s: s.score, default=made.claimed)] if found.score > made.claimed.score]
+def _exchange(search: Search, best: ScoredSet, k: int, made: Claims) -> ScoredSet | None:
+    """Return the claims `made` with the failed member `k` of `best` in the place of one of them, where that scores higher; else None.
+
+    The set is smaller than `best`: one of the same size would be judged for ever.
+    """
+    if k in made.claimed.chosen:
+        return None
+    rests = [made.claimed.without(m) for m in made.claimed.chosen if len(made.claimed.chosen) < len(best.chosen)]
+    sets = [search.score((*rest, k)) for rest in rests if search.place(k) not in search.occupied_places(rest)]
+    found = max(sets, key=lambda s: s.score, default=made.claimed)
+    return found if found.score > made.claimed.score else None
 
 
 def _fallen(judged: dict[int, Decision], made: Claims) -> set[int]:

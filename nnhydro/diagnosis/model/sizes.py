@@ -8,6 +8,7 @@ and the better is taken. Source: MacKay (1992), Neural Computation 4, eq. 4.14.
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import final
 
 import numpy as np
@@ -96,8 +97,8 @@ def nats_of_sizes(whitened: WhiteRows, fit: Posterior, sizes: Sizes) -> float:
         return 0.0
     at = [whitened.p + j * whitened.m + np.flatnonzero(u.group == c) for j, c in present]
     covariance = fit.covariance(np.concatenate(at))
-    ends = np.cumsum([0, *map(len, at)])
-    for which, start, stop in zip(at, ends, ends[1:], strict=False):
+    ends = np.cumsum([0, *map(len, at)]).tolist()
+    for which, (start, stop) in zip(at, pairwise(ends), strict=True):
         scale = fit.scale[which]
         S = covariance[start:stop, start:stop] / scale[:, None] / scale
         eta = fit.mean[which] / scale

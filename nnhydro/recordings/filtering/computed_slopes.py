@@ -101,7 +101,7 @@ class LeftOut:
 
 
 def _missed_by_integral(t: Array, q: Array, qd: Array) -> Array:
-    """What the integral of the rates misses of the changes of the angles, (links,), over what the rates' noise makes of one.
+    """What the integral of qd (n, links) rad/s misses of the changes of q (n, links) rad, (links,), over what the noise of qd makes of one.
 
     NaN where the rates have no noise, as of a joint at rest.
     """
