@@ -3,7 +3,8 @@
     minimise  sum (q - B c)^2 / s_q^2 + sum (qd - B' c)^2 / s_v^2 + sum (qdd - B'' c)^2 / s_a^2        B: quintic B-splines on even knots
 
 The knots lie so closely that the trajectory passes what lies below the band's upper edge and no more; where accelerations are measured
-they lie closer, and hold the corners of a motion. Where a channel is missing its sum is absent. Rows are fewer than samples: accelerations
+they lie closer, and hold the corners of a motion. Where a channel is missing its sum is absent; of angles that are the integral of the
+rates, the mean alone counts. Rows are fewer than samples: accelerations
 are brought to them as torques are, by the cosines that the rows hold, since a corner that is sampled folds into the band.
 
 The band itself ends where the acceleration is no longer known:
@@ -116,14 +117,9 @@ def _channel_noise(f: Array, dt: float, levels: tuple[Array | None, ...], joint:
     return np.zeros_like(f) if level is None else 2 * dt * level[joint] ** 2 * (2 * np.pi * f) ** power
 
 
-def _levels(r: Recording) -> tuple[Array | None, Array | None, Array | None]:
-    """The white levels of angles, rates and accelerations; None where there is none, as of angles that are the integral of the rates."""
-    return None if r.integrated else white_level(r.q), white_level(r.qd), white_level(r.qdd)
-
-
 def _channels(part: Recording) -> list[tuple[str, Array, int, tuple[Array | None, ...], int]]:
     """Every record of an acceleration: (name, values (n,), power of w, white levels of all records of it, column of these)."""
-    joints = _levels(part)
+    joints = tuple(white_level(x) for x in (part.q, part.qd, part.qdd))
     measured = ((None if part.integrated else part.q, 4), (part.qd, 2), (part.qdd, 0))
     found: list[tuple[str, Array, int, tuple[Array | None, ...], int]]
     found = [(f"{power} {joint}", x[:, joint], power, joints, joint)
@@ -226,7 +222,7 @@ def _around(r: Recording, edge: float, at: Array) -> dict[str, Array]:
 
 def _left_of_noise(r: Recording, channels: Sequence[Channel], splines: RegressionSplines) -> Any:
     """The spline of NOISE_DRAWS times all links through white noise of the levels of the records of `r`, weighed as these are."""
-    levels = [level for level, x in zip(_levels(r), (r.q, r.qd, r.qdd), strict=True) if x is not None]
+    levels = [white_level(x) for x in (r.q, r.qd, r.qdd) if x is not None]
     draws = [np.random.default_rng(seed) for seed in range(NOISE_DRAWS)]
     drawn = [(order, np.concatenate([(0.0 if level is None else level) * rng.standard_normal(x.shape) for rng in draws], axis=1),
               np.tile(weights, NOISE_DRAWS)) for (order, x, weights), level in zip(channels, levels, strict=True)]
@@ -239,9 +235,9 @@ def trajectory(r: Recording, edge: float, rows: int) -> Trajectory:
     middle = (np.arange(rows) + 0.5) * len(t) / rows - 0.5  # of each row, in samples
     at = np.clip(t[0] + middle * (t[1] - t[0]), t[0], t[-1])
     spread = np.maximum(np.ptp(r.q, axis=0), 1e-9)
-    known = (spread, *_levels(r)[1:]) if r.integrated else _levels(r)  # of such angles the mean alone counts
+    levels = spread if r.integrated else white_level(r.q), white_level(r.qd), white_level(r.qdd)
     channels = [(order, x, _weights(level, 1e-7 * spread * (2 * np.pi * edge) ** order))
-                for order, (x, level) in enumerate(zip((r.q, r.qd, r.qdd), known, strict=True)) if x is not None]
+                for order, (x, level) in enumerate(zip((r.q, r.qd, r.qdd), levels, strict=True)) if x is not None]
     orders = [order for order, *_ in channels]
     splines = RegressionSplines.of(t, edge, orders)
 

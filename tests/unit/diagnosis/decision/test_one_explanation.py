@@ -34,6 +34,17 @@ def test_a_law_that_gains_too_little_is_claimed_if_others_fail_without_it_and_it
         assert 0 <= decision.threshold < decision.statistic < LEAST_GAIN
 
 
+@pytest.mark.parametrize(("least", "claimed"), [(0.4, (0, 1)), (0.6, ())])
+def test_members_that_only_stand_together_must_gain_the_least_of_each(least, claimed, monkeypatch):
+    """Law 0 is no probable cause without law 1: two names, for which twice `least` of what both gain together is needed."""
+    one = with_little_of(0.17)
+    both = one.score((0, 1))
+    monkeypatch.setattr(deciding, "LEAST_GAIN", least * (both.score - one.score(()).score))
+    monkeypatch.setattr(deciding, "least_gain", lambda library, largest, k: 1e6 if k == 1 else 3.0)
+    monkeypatch.setattr(deciding, "listed_probability", lambda search, found, k: 0.1 if found.chosen == (0,) else 1.0)
+    assert decide(one, both, 0).claimed.chosen == claimed
+
+
 def test_a_member_that_fails_takes_the_place_of_one_that_explains_less():
     """Law 0 acts; law 1 resembles it, law 2 has another torque. Only the higher score counts, and a place is taken once."""
     of = design(0, groups=8, rows=30)

@@ -206,6 +206,12 @@ def test_of_a_tachometer_the_noise_is_that_of_the_rates_though_its_integral_is_s
 
 def test_the_band_of_a_tachometer_ends_where_its_rates_are_noise():
     assert band_edge([tachometer(0, 0.3)[0]]) < 0.7 * band_edge([tachometer(0, 1e-4)[0]])
+    t, rng = np.arange(0, 5, 0.02), np.random.default_rng(1)
+    rate = (277 * (1 - np.exp(-t / 1.33)) + 2.5 * rng.standard_normal(len(t)))[:, None]
+    angle = np.concatenate([[[0.0]], np.cumsum(0.02 * (rate[1:] + rate[:-1]) / 2, axis=0)])
+    spun_up = [Recording("up", t[rows], angle[rows], np.ones((len(rows), 1)), rate[rows], integrated=True) for rows in
+               np.array_split(np.arange(len(t)), 5)]
+    assert band_edge(spun_up) < 0.3 * band_edge([replace(r, integrated=False) for r in spun_up]), "the sum of its noise is no motion"
 
 
 @pytest.mark.parametrize("place", [0.0, 0.15, 0.35, 0.5])
