@@ -39,7 +39,7 @@ SHORT_MODULES = {
     "deployment/sine.py": "its numbers serve the C program and numba",
     "diagnosis/constants.py": "the table of docs/diagnosis.md is made of it",
     "diagnosis/decision/form_error.py": "is one statistic, as the other modules of the folder are",
-    "diagnosis/findings/impossible_coefficients.py": "is one statistic; the verdict shares its limit",
+    "diagnosis/problem/impossible_coefficients.py": "is one statistic; the verdict shares its limit",
     "diagnosis/findings/sheets.py": "needs no more than diagnosis.json; findings, report, Python and commands show it",
     "effects/dry_contact.py": "three hypotheses share it, and their folder is a registry",
     "fitting/network/strip_net/latest_nets.py": "training a net does not know who else asks for it",

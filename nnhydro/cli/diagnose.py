@@ -85,7 +85,7 @@ def warn_of_seen(baseline: str, campaign: "Campaign") -> None:
 def next_steps(result: "DiagnosisResult", out: Path, campaign: Path, column_map: Path | None) -> str:
     """What comes next: the motion that would settle the matter, what these motions can reveal, a hybrid for what has no name, else use."""
     from nnhydro.diagnosis.experiment.proposal import POOR_CHANCE
-    from nnhydro.diagnosis.findings.impossible_coefficients import MOST_LEFT
+    from nnhydro.diagnosis.problem.impossible_coefficients import MOST_LEFT
     from nnhydro.diagnosis.result import NEXT
 
     folder = shell_words(campaign, column_map)

@@ -22,12 +22,12 @@ from nnhydro.diagnosis.experiment.proposal import Proposal, next_experiment
 from nnhydro.diagnosis.experiment.rig_limits import Limits
 from nnhydro.diagnosis.findings.equivalence import replace_by_simpler
 from nnhydro.diagnosis.findings.finding import findings_of
-from nnhydro.diagnosis.findings.impossible_coefficients import impossible_coefficients
 from nnhydro.diagnosis.model.evidence import WhiteRows
 from nnhydro.diagnosis.model.sizes import fit_sizes
 from nnhydro.diagnosis.model.unknown import unknown_of
 from nnhydro.diagnosis.noise.spectrum import NOISE_ROUNDS, Noise, calibrated_noise, reestimate
 from nnhydro.diagnosis.problem.design import Design, hypotheses_for
+from nnhydro.diagnosis.problem.impossible_coefficients import impossible_coefficients
 from nnhydro.diagnosis.problem.problem import MOST_STUDIED, draw_names, problem_of
 from nnhydro.diagnosis.problem.stated_friction import design_on
 from nnhydro.diagnosis.result import DiagnosisResult
@@ -151,11 +151,20 @@ def _decide_on(campaign: Campaign, names: tuple[str, ...], options: "DiagnosisOp
     progress("held-out errors")
     search, decided = _refine_claims(search, best, decide(search, best, options.seed), model, options.seed)
     decided, heldout = withdraw_useless(search, decided, model, options.seed)
-    steady = (design.problem.frequency < 0)[:, None]  # a few rows of tables: the unknown takes their noise for a law
-    variance = np.where(steady, best_fit(search, decided.claimed).whitened.v, noise.noise_variance + design.input_variance)
-    floor = noise_error(search, heldout, variance)
-    return DecidedCampaign(SearchedCampaign(design, noise, search, decided, model, search.score(())), heldout, floor,
-                           unexplained_of(search, decided.claimed, heldout, decided.decisions, floor, noise))
+    rest, floor = _remainder_of(search, decided, heldout, noise)
+    return DecidedCampaign(SearchedCampaign(design, noise, search, decided, model, search.score(())), heldout, floor, rest)
+
+
+def _remainder_of(search: Search, decided: Claims, heldout: HeldoutErrors, noise: Noise) -> tuple[Remainder, float]:
+    """Return what the claims leave, and the error of noise alone.
+
+    On the few rows of tables, the unknown takes noise for a law. There, what the claims leave is noise unless the remainder is detected.
+    """
+    design, claimed = search.whitened.design, decided.claimed
+    steady, of_noise = (design.problem.frequency < 0)[:, None], noise.noise_variance + design.input_variance
+    floor = noise_error(search, heldout, np.where(steady, best_fit(search, claimed).whitened.v, of_noise))
+    rest = unexplained_of(search, claimed, heldout, decided.decisions, floor, noise)
+    return rest, noise_error(search, heldout, of_noise) if rest.detected else floor
 
 
 def _complete(campaign: Campaign, decided: DecidedCampaign, options: "DiagnosisOptions",

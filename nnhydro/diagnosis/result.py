@@ -11,7 +11,7 @@ from nnhydro.diagnosis.decision.heldout_errors import HeldoutErrors
 from nnhydro.diagnosis.decision.other_bands import OtherBand
 from nnhydro.diagnosis.experiment.proposal import Proposal
 from nnhydro.diagnosis.findings.finding import Finding
-from nnhydro.diagnosis.findings.impossible_coefficients import MOST_LEFT
+from nnhydro.diagnosis.problem.impossible_coefficients import MOST_LEFT
 from nnhydro.diagnosis.unexplained.residual_location import SHOWN, Location, few_names
 from nnhydro.diagnosis.unexplained.unexplained import Remainder
 from nnhydro.effects.catalogue import catalogue

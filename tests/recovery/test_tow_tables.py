@@ -1,6 +1,7 @@
-"""Tables of steady tows, the law written here anew: spheres that sink in oil, put on one body by similarity.
+"""Tables of steady runs, their laws written here anew: spheres that sink in oil, put on one body by similarity, and propellers.
 
     tau = K u (1 + 0.1 u / u_max)          Stokes drag, a little more at the highest Reynolds number (Oseen)
+    tau = T (1 +- a) w |w|                 a propeller that pushes harder forwards (+) than backwards
 """
 
 import numpy as np
@@ -32,3 +33,39 @@ def test_drag_in_oil_is_linear_in_speed_and_no_current(seed, tmp_path):
     assert [finding.effect for finding in found] == ["drag_form"]
     low, high = found[0].parameters["linear"].ci95
     assert low <= STOKES / (RHO * DIAMETER / 4) <= high
+
+
+def propeller(folder, rates, tau):
+    """Write the table of a body of 76 mm that stands for a propeller: the torque `tau` N m at `rates` rad/s."""
+    (folder / "steady").mkdir()
+    names = [f"r{i:02d}" for i in range(len(rates))]
+    table = pd.DataFrame({"run": names, "q1_rad": 0.0, "dq1_rad_s": rates, "u0_m_s": 0.0, "tau1_Nm": tau})
+    table.to_csv(folder / "steady" / "thrust.csv", index=False)
+    link = {"length_m": 0.038, "diameter_m": 0.02, "mass_kg": 0.0, "com_m": 0.0, "inertia_kg_m2": 0.0, "known_to": 0.2}
+    (folder / "arm.yaml").write_text(yaml.safe_dump({
+        "schema": "nnhydro/arm/1", "name": "thruster", "links": [link],
+        "fluid": {"density_kg_m3": 1000.0, "kinematic_viscosity_m2_s": 1e-6}}))
+    return nnhydro.load(folder)
+
+
+@pytest.mark.parametrize("seed", [2, 3])
+def test_a_propeller_that_pushes_harder_forwards_has_a_drag_that_differs_by_direction_and_no_friction(seed, tmp_path):
+    rng = np.random.default_rng(seed)
+    w = np.concatenate([-np.linspace(60, 390, 24), np.linspace(60, 390, 24)])
+    tau = 1.28e-5 * (1 + 0.11 * np.sign(w)) * w * np.abs(w) * (1 + 0.01 * rng.standard_normal(48))
+    found = diagnose(propeller(tmp_path, w, tau), "constant").findings
+    assert [finding.effect for finding in found] == ["drag_form"]
+    low, high = found[0].parameters["direction[1]"].ci95
+    coefficient = 1.28e-5 / (1000.0 * 0.02 * 0.038**4 / 8)  # C_D: tau = rho D C_D L^4 w^2 / 8
+    assert low <= 0.11 * coefficient <= high
+    assert "not alike in both directions" in found[0].statement
+
+
+@pytest.mark.parametrize("seed", [2, 3])
+def test_a_thrust_beyond_the_drag_of_any_cylinder_asks_for_the_diameter_and_names_no_body_at_the_tip(seed, tmp_path):
+    w = np.linspace(60, 390, 11)
+    tau = 4e-4 * w**2 * (1 + 0.01 * np.random.default_rng(seed).standard_normal(11))
+    told = diagnose(propeller(tmp_path, w, tau), "constant")
+    assert not told.findings
+    assert "it can only lie between 0 and 5: check the lengths, diameters" in told.verdict()
+    assert "beyond their physical bounds explain as much" in next(d.reason for d in told.decisions if d.effect == "tip_drag")

@@ -1,6 +1,6 @@
 """The one place where a claim is decided: every candidate that came near gets a decision with its reason.
 
-A member k of the best set S is claimed if it passes six tests.
+A member k of the best set S is claimed if it passes seven tests.
 
 1. Gain: its gain exceeds LEAST_GAIN, the gain of chance in this campaign, and the gain that an error in the form of a larger claim l makes:
        gain(S less k, S) > max(LEAST_GAIN, q99 + o_k, max_l max(FORM, 1 - p_l)^2 gain_l)
@@ -17,6 +17,7 @@ A member k of the best set S is claimed if it passes six tests.
 5. Size: it moves the torque by RELEVANT of its rms, or explains FORM of the energy of what remains without it. In a part of the campaign
    it also moves FORM of the largest claim, whose error of form may show there.
 6. Catalogue: it is more probable than a similar cause outside the catalogue (decision.catalogue_probability).
+7. Possible: where most of the torque is that of drag or added mass beyond their bounds, these explain less, by LEAST_GAIN.
 
 Members that fail leave the set, a special law for a plainer one of its cause, one with a value beyond a bound for a narrower form of
 itself, and the others are judged again: first the one least probably in the catalogue, then the one that gains least. One dismissed as the
@@ -41,6 +42,7 @@ from nnhydro.diagnosis.decision.null_draws import least_gain, null_threshold
 from nnhydro.diagnosis.decision.other_frequencies import share_elsewhere
 from nnhydro.diagnosis.decision.parameters_per_recording import nats_of_parameters_per_recording
 from nnhydro.diagnosis.problem.design import relevant_share
+from nnhydro.diagnosis.problem.impossible_coefficients import impossible_coefficients
 from nnhydro.diagnosis.search.best_fit import best_fit
 from nnhydro.diagnosis.search.scored_set import ScoredSet
 from nnhydro.diagnosis.search.stepwise import Search
@@ -52,6 +54,7 @@ Known = dict[tuple[tuple[int, ...], frozenset[int], frozenset[int], frozenset[in
 LEAST_PROBABLE = 0.5  # probability of a name; below it a cause outside the catalogue is more probable
 EXPLAINED = "a claimed effect explains what it does, and more"
 BEYOND = "a value lies beyond its physical bound"
+IMPOSSIBLE = "coefficients beyond their physical bounds explain as much: check the lengths, diameters and density of arm.yaml"
 IMPROBABLE = "a cause outside the catalogue is more probable: much remains, or the size differs between recordings"
 
 
@@ -188,6 +191,20 @@ def _members_instead(search: Search, now: ScoredSet, k: int, improbable: bool, m
     return {m for m in sharing if gain(m, now) < gain(k, now)} if improbable else sharing - {*made.claimed.chosen}
 
 
+def _gain_over_any_coefficients(search: Search, rest: ScoredSet, now: ScoredSet) -> float:
+    """Return the nats that `now` gains over `rest` with any drag and added mass, where the torque is mostly that of impossible ones.
+
+        n log(|W (y - X theta)|^2 / |W r|^2) / 2,     theta: least squares beside `rest`, r what `now` leaves, W the weights beside `rest`
+    """
+    if not impossible_coefficients(search.view.library.design):
+        return float("inf")
+    before, after = best_fit(search, rest), best_fit(search, now)
+    X, y = before.rows.reshape(before.residual.size, -1), before.residual.ravel()
+    free = y - X @ np.linalg.lstsq(X, y, rcond=None)[0]
+    left = after.residual / after.whitened.sw * before.whitened.sw
+    return y.size / 2 * float(np.log(np.sum(free**2) / np.sum(left**2)))
+
+
 def gain_on_unseen(by_fold: Array) -> float:
     """Return the nats that the folds `by_fold` (folds,) gain without the best one, which may lose FORM of the whole gain.
 
@@ -219,6 +236,7 @@ def _judge(search: Search, now: ScoredSet, rest: ScoredSet, k: int, by_fold: Arr
         yield gain_on_unseen(by_fold), 0.0, "the prediction of held-out recordings does not improve"
         yield listed_probability(search, now, k), LEAST_PROBABLE, IMPROBABLE
         yield 1.0 if search.admits(rest, now) else 0.0, 0.5, "a smooth unknown law explains the residual as well"
+        yield _gain_over_any_coefficients(search, rest, now), LEAST_GAIN, IMPOSSIBLE
 
     for statistic, needed, reason in tests():
         if statistic <= needed:

@@ -219,16 +219,27 @@ def test_drag_at_the_tip_is_the_same_in_any_direction():
 
 @pytest.mark.parametrize(("values", "force"), [
     ({"linear": 0.2}, lambda w, s: 0.2 * w), ({"cubic": 0.2}, lambda w, s: 0.2 * w**3), ({"taper": 0.2}, lambda w, s: 0.2 * s * w**2),
+    ({"direction": 0.2}, lambda w, s: 0.2 * w**2),
 ])
 def test_other_drag_laws_of_a_swinging_link(values, force):
-    effect = made("drag_form", arm(1), **{name: (values.get(name, 0.0),) for name in ("linear", "cubic", "taper", "ends")})
+    effect = made("drag_form", arm(1), **{name: (values.get(name, 0.0),) for name in ("linear", "cubic", "direction", "taper", "ends")})
     x = np.linspace(0, 0.55, 20001)
     tau = np.trapezoid(0.5 * 1000 * 0.07 * force(1.5 * x, 2 * x / 0.55 - 1) * x, x)  # s = -1 at the joint, 1 at the tip
     assert_close(effect.torque(Flow(arm(1), steady([[0.0]], [[1.5]]))), tensor([[tau]]), rtol=0.01)
 
 
+def test_a_link_not_alike_fore_and_aft_has_one_drag_coefficient_in_each_direction():
+    """C_D + d forwards, C_D - d backwards: what differs between the directions loads the joint to the same side in both."""
+    a = arm(1)
+    differing = replace(made("drag_form", a).narrower()[-1], direction=(0.3,))
+    mean = NormalDrag(C_D=(1.1,))
+    for rate, coefficient in ((1.5, 1.4), (-1.5, 0.8)):
+        flow = Flow(a, steady([[0.0]], [[rate]]))
+        assert_close(mean.torque(flow) + differing.torque(flow), NormalDrag(C_D=(coefficient,)).torque(flow), rtol=1e-3)  # 20 strips
+
+
 def test_relief_at_the_ends_leaves_an_even_flow_its_torque_and_takes_that_of_a_swing():
-    effect = made("drag_form", arm(1), linear=(0.0,), cubic=(0.0,), taper=(0.0,), ends=(-0.4,))
+    effect = made("drag_form", arm(1), linear=(0.0,), cubic=(0.0,), direction=(0.0,), taper=(0.0,), ends=(-0.4,))
     assert_close(effect.torque(Flow(arm(1), steady([[0.0]], 0.0, 0.0, 0.8))), tensor([[0.0]]), rtol=0, atol=2e-3)
     x = np.linspace(0, 0.55, 20001)
     law = -0.4 * (3 * (2 * x / 0.55 - 1) ** 2 - 1) / 2
@@ -238,8 +249,8 @@ def test_relief_at_the_ends_leaves_an_even_flow_its_torque_and_takes_that_of_a_s
 
 def test_of_a_link_that_only_swings_taper_and_relief_are_one_torque():
     """int z^3 s dz = 0.15, int z^3 (3 s^2 - 1)/2 dz = 0.05: 1 of the one and -3 of the other cancel, so both may come out large."""
-    effect = made("drag_form", arm(1), linear=(0.0,), cubic=(0.0,), taper=(-1.6,), ends=(4.8,))
-    part = made("drag_form", arm(1), linear=(0.0,), cubic=(0.0,), taper=(-1.6,), ends=(0.0,))
+    effect = made("drag_form", arm(1), linear=(0.0,), cubic=(0.0,), direction=(0.0,), taper=(-1.6,), ends=(4.8,))
+    part = made("drag_form", arm(1), linear=(0.0,), cubic=(0.0,), direction=(0.0,), taper=(-1.6,), ends=(0.0,))
     swings = Flow(arm(1), steady(np.zeros((9, 1)), np.linspace(-2, 2, 9)[:, None]))
     assert float(effect.torque(swings).abs().max()) < 0.02 * float(part.torque(swings).abs().max())
     within = {f.name: f.metadata["bounds"] for f in type(effect).parameters()}
@@ -397,8 +408,8 @@ def test_narrower_laws_of_drag_hold_the_columns_that_the_whole_law_has_for_them(
     flow, whole = Flow(a, run(2)), made("drag_form", a)
     every = dict(zip(whole.linear_names(), whole.columns(flow).unbind(-1), strict=True))
     laws = whole.narrower()
-    assert [set(law.linear_names()) for law in laws] == [{"taper[1]", "taper[2]", "ends[1]", "ends[2]"}, {"taper[1]", "taper[2]"},
-                                                         {"linear", "cubic"}]
+    speed, direction, taper, ends = ({"linear", "cubic"}, *({f"{name}[1]", f"{name}[2]"} for name in ("direction", "taper", "ends")))
+    assert [set(law.linear_names()) for law in laws] == [speed | taper | ends, taper | ends, taper, speed | direction, speed, direction]
     for law in laws:
         for name, column in zip(law.linear_names(), law.columns(flow).unbind(-1), strict=True):
             assert_close(column, every[name])

@@ -2,8 +2,9 @@
 
     theta_free = argmin |y - Y theta|^2,   theta_possible: the same within the physical bounds
 
-Reported where |y - Y theta_possible| > MOST_LEFT |tau| and |y - Y theta_free| < MOST_LEFT^2 |tau|: possible coefficients leave much of the
-torque, free ones little. Beside an omitted effect that hides in a coefficient of the wrong sign, possible ones leave less.
+Reported where |y - Y theta_possible| > MOST_LEFT |tau| and |y - Y theta_free| < MOST_LEFT |y - Y theta_possible|: possible coefficients
+leave much of the torque, free ones little of that. Beside an omitted effect that hides in a coefficient of the wrong sign, possible ones
+leave less.
 """
 
 import numpy as np
@@ -26,7 +27,8 @@ def impossible_coefficients(design: Design) -> list[str]:
     Y, y = design.Y.reshape(-1, design.Y.shape[2]), design.y.ravel()
     free, torque = np.linalg.lstsq(Y, y, rcond=None)[0], float(np.linalg.norm(design.tau))
     possible = lsq_linear(Y, y, (base.prior.lowest, base.prior.highest)).x
-    if np.linalg.norm(y - Y @ possible) <= MOST_LEFT * torque or np.linalg.norm(y - Y @ free) >= MOST_LEFT**2 * torque:
+    left = float(np.linalg.norm(y - Y @ possible))
+    if left <= MOST_LEFT * torque or np.linalg.norm(y - Y @ free) >= MOST_LEFT * left:
         return []
     theta, said, stated = base.prior.mean + base.prior.F @ free, list[str](), stated_values(base.physics.arm)
     for (name, term, label, _, (lowest, highest)), value in zip(base.physics.loads.linear_parameters(), theta.tolist(), strict=True):

@@ -6,7 +6,7 @@ import pytest
 from campaigns import campaign, planted
 from rigs import arm
 
-from nnhydro.diagnosis.findings.impossible_coefficients import impossible_coefficients
+from nnhydro.diagnosis.problem.impossible_coefficients import impossible_coefficients
 from nnhydro.diagnosis.problem.problem import problem_of
 from nnhydro.diagnosis.problem.stated_friction import design_on
 from nnhydro.physics.flow import Flow
