@@ -35,13 +35,13 @@ def test_drag_in_oil_is_linear_in_speed_and_no_current(seed, tmp_path):
     assert low <= STOKES / (RHO * DIAMETER / 4) <= high
 
 
-def propeller(folder, rates, tau):
-    """Write the table of a body of 76 mm that stands for a propeller: the torque `tau` N m at `rates` rad/s."""
+def table(folder, rates, tau, tows=0.0, length=0.038, diameter=0.02):
+    """Write the table of a body, by default of one of 76 mm that stands for a propeller: the torque `tau` N m at `rates` and `tows`."""
     (folder / "steady").mkdir()
     names = [f"r{i:02d}" for i in range(len(rates))]
-    table = pd.DataFrame({"run": names, "q1_rad": 0.0, "dq1_rad_s": rates, "u0_m_s": 0.0, "tau1_Nm": tau})
-    table.to_csv(folder / "steady" / "thrust.csv", index=False)
-    link = {"length_m": 0.038, "diameter_m": 0.02, "mass_kg": 0.0, "com_m": 0.0, "inertia_kg_m2": 0.0, "known_to": 0.2}
+    rows = pd.DataFrame({"run": names, "q1_rad": 0.0, "dq1_rad_s": rates, "u0_m_s": tows, "tau1_Nm": tau})
+    rows.to_csv(folder / "steady" / "thrust.csv", index=False)
+    link = {"length_m": length, "diameter_m": diameter, "mass_kg": 0.0, "com_m": 0.0, "inertia_kg_m2": 0.0, "known_to": 0.2}
     (folder / "arm.yaml").write_text(yaml.safe_dump({
         "schema": "nnhydro/arm/1", "name": "thruster", "links": [link],
         "fluid": {"density_kg_m3": 1000.0, "kinematic_viscosity_m2_s": 1e-6}}))
@@ -53,7 +53,7 @@ def test_a_propeller_that_pushes_harder_forwards_has_a_drag_that_differs_by_dire
     rng = np.random.default_rng(seed)
     w = np.concatenate([-np.linspace(60, 390, 24), np.linspace(60, 390, 24)])
     tau = 1.28e-5 * (1 + 0.11 * np.sign(w)) * w * np.abs(w) * (1 + 0.01 * rng.standard_normal(48))
-    found = diagnose(propeller(tmp_path, w, tau), "constant").findings
+    found = diagnose(table(tmp_path, w, tau), "constant").findings
     assert [finding.effect for finding in found] == ["drag_form"]
     low, high = found[0].parameters["direction[1]"].ci95
     coefficient = 1.28e-5 / (1000.0 * 0.02 * 0.038**4 / 8)  # C_D: tau = rho D C_D L^4 w^2 / 8
@@ -65,7 +65,23 @@ def test_a_propeller_that_pushes_harder_forwards_has_a_drag_that_differs_by_dire
 def test_a_thrust_beyond_the_drag_of_any_cylinder_asks_for_the_diameter_and_names_no_body_at_the_tip(seed, tmp_path):
     w = np.linspace(60, 390, 11)
     tau = 4e-4 * w**2 * (1 + 0.01 * np.random.default_rng(seed).standard_normal(11))
-    told = diagnose(propeller(tmp_path, w, tau), "constant")
+    told = diagnose(table(tmp_path, w, tau), "constant")
     assert not told.findings
     assert "it can only lie between 0 and 5: check the lengths, diameters" in told.verdict()
     assert "beyond their physical bounds explain as much" in next(d.reason for d in told.decisions if d.effect == "tip_drag")
+
+
+@pytest.mark.parametrize("seed", [2, 3])
+def test_a_ball_at_the_tip_of_a_thin_rod_is_named_where_no_coefficient_of_the_rod_acts_like_it(seed, tmp_path):
+    """Turned and towed: at its tip the ball feels w = L qd + u0, and C_D of the rod would be 22 towed but 44 turned."""
+    L, rng = 0.3, np.random.default_rng(seed)
+    rates, tows = (x.ravel() for x in np.meshgrid(np.linspace(-3, 3, 7), np.linspace(-0.6, 0.6, 7)))
+    w, x = L * rates + tows, np.linspace(0, L, 2001)
+    along = x[:, None] * rates + tows
+    rod = np.trapezoid(500 * 1.1 * 0.003 * along * np.abs(along) * x[:, None], x, axis=0)
+    tau = (500 * 0.01 * L * w * np.abs(w) + rod) * (1 + 0.01 * rng.standard_normal(49)) + 0.002 * rng.standard_normal(49)
+    told = diagnose(table(tmp_path, rates, tau, tows, length=L, diameter=0.003), "constant")
+    assert [finding.effect for finding in told.findings] == ["tip_drag"]
+    low, high = told.findings[0].parameters["drag_area"].ci95
+    assert low <= 0.01 <= high
+    assert "it can only lie between 0 and 5" in told.verdict()

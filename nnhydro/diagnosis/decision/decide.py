@@ -32,6 +32,7 @@ from typing import Any, final
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import lsq_linear
 
 from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, LEAVES, PRECISE
 from nnhydro.diagnosis.decision.alternative_laws import with_narrower_form, with_plainer_law
@@ -194,15 +195,24 @@ def _members_instead(search: Search, now: ScoredSet, k: int, improbable: bool, m
 def _gain_over_any_coefficients(search: Search, rest: ScoredSet, now: ScoredSet) -> float:
     """Return the nats that `now` gains over `rest` with any drag and added mass, where the torque is mostly that of impossible ones.
 
-        n log(|W (y - X theta)|^2 / |W r|^2) / 2,     theta: least squares beside `rest`, r what `now` leaves, W the weights beside `rest`
+        n log(|W r_rest|^2 / |W r_now|^2) / 2,     r_rest: least squares, r_now: the same within physical bounds, W: weights beside `rest`
     """
-    if not impossible_coefficients(search.view.library.design):
+    library, weight = search.view.library, best_fit(search, rest).whitened.sw
+    if not impossible_coefficients(library.design):
         return float("inf")
-    before, after = best_fit(search, rest), best_fit(search, now)
-    X, y = before.rows.reshape(before.residual.size, -1), before.residual.ravel()
-    free = y - X @ np.linalg.lstsq(X, y, rcond=None)[0]
-    left = after.residual / after.whitened.sw * before.whitened.sw
-    return y.size / 2 * float(np.log(np.sum(free**2) / np.sum(left**2)))
+
+    def left_by(found: ScoredSet, bounds: Array) -> float:
+        """Return what the columns of a set leave within the bounds (2, k) of their values."""
+        fit = best_fit(search, found)
+        scale = weight / fit.whitened.sw
+        X, y = (fit.rows * scale[..., None]).reshape(weight.size, -1), (fit.whitened.y * scale).ravel()
+        low, high = np.broadcast_to(bounds, (2, X.shape[1]))
+        return float(np.sum((y - X @ lsq_linear(X, y, (low, high)).x) ** 2))
+
+    prior = library.design.baseline.prior
+    of_laws = [np.tile(library.bounds(k), search.view.columns(k).Xw.shape[2] // library.hypotheses[k].width) for k in now.chosen]
+    possible = np.concatenate([[prior.lowest, prior.highest], *of_laws], axis=1)
+    return weight.size / 2 * float(np.log(left_by(rest, np.array([[-np.inf], [np.inf]])) / left_by(now, possible)))
 
 
 def gain_on_unseen(by_fold: Array) -> float:
