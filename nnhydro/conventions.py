@@ -34,7 +34,7 @@ SLIDING: Final = {"rad": "m", "rad_s": "m_s", "rad_s2": "m_s2", "Nm": "N"}  # un
 _SLIDING_TEXT: Final = (  # units and words in sentences, longest first
     (r"_Nm\b", "_N"), (r"_rad_s2\b", "_m_s2"), (r"_rad_s\b", "_m_s"), (r"_rad\b", "_m"),
     (r"\bN m s\^2/rad\b", "kg"), (r"\bN m s/rad\b", "N s/m"), (r"\bN m/rad\b", "N/m"), (r"\bN m/s\b", "N/s"), (r"\bN m s\b", "N s"),
-    (r"\bN m\b", "N"), (r"\bkg m(\^2|²|2)", "kg"), (r"\brad\b", "m"),
+    (r"\bN m\b", "N"), (r"\bkg m(\^2|²|2)", "kg"), (r"\brad\b(?!( \([^)]*\))? from \+X)", "m"),  # a direction is an angle on any arm
     (r"\btorque", "force"), (r"\bTorque", "Force"), (r"\bangle\b", "position"), (r"\bangles\b", "positions"), (r"\bAngle\b", "Position"),
     (r"\bAngles\b", "Positions"))
 

@@ -8,7 +8,9 @@ from nnhydro.conventions import column, joint_text, with_units
 @pytest.mark.parametrize(("turning", "straight"), [
     ("N m s/rad", "N s/m"), ("N m/rad", "N/m"), ("N m", "N"), ("kg m^2", "kg"), ("rad/s^2", "m/s^2"), ("rad/s", "m/s"),
     ("tau1_Nm", "tau1_N"),
-    ("dq1_rad_s", "dq1_m_s"), ("the torque of joint 1, 3 N m, at 0.5 rad/s", "the force of joint 1, 3 N, at 0.5 m/s"), ("m/s", "m/s")])
+    ("along the direction 0.5 rad from +X", "along the direction 0.5 rad from +X"), ("from -0.2 rad to +X", "from -0.2 m to +X"),
+    ("towards 0.5 rad (95 %: 0.1 to 2.0) from +X", "towards 0.5 rad (95 %: 0.1 to 2.0) from +X"), ("dq1_rad_s", "dq1_m_s"),
+    ("the torque of joint 1, 3 N m, at 0.5 rad/s", "the force of joint 1, 3 N, at 0.5 m/s"), ("m/s", "m/s")])
 def test_a_sentence_about_a_linear_axis_is_in_its_own_units(turning, straight):
     assert joint_text(turning, sliding=True) == straight
     assert joint_text(turning, sliding=False) == turning

@@ -149,8 +149,8 @@ def _finding(search: Search, found: ScoredSet, k: int, tangents: Tangents | None
     spans = intervals_of_scale(effect, quantity_intervals(effect, values), scale_spread)
     values = values.with_scale_known_to(scale_spread)
     text = search.view.library.design.problem.arm.text  # a linear axis reads m and N
-    parameters = {name: Parameter(quantity.value, text(quantity.unit), spans[name]) for name, quantity in effect.quantities().items()
-                  if name in spans}
+    parameters = {name: Parameter(quantity.value, quantity.unit if name == "direction" else text(quantity.unit), spans[name])
+                  for name, quantity in effect.quantities().items() if name in spans}
     confidence, others = rivals_of(search, found, k)
     inside = [rival for rival in others if rival.equivalent]
     equivalence_set = dict.fromkeys([effect.id, *(search.key(rival.number)[0] for rival in inside)])
