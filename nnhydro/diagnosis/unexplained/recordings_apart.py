@@ -19,18 +19,22 @@ FEWEST_OTHERS = 3  # fewest other recordings: with fewer no effect is named
 
 
 def recordings_apart(rest: Remainder, heldout: HeldoutErrors, names: Sequence[str]) -> frozenset[str]:
-    """Return the few of the recordings `names` that hold most of what remains at a joint; none where nothing remains.
+    """Return the fewest of the recordings `names` that hold most of what remains at a joint, if they are few; none where nothing remains.
 
     Nor any where parameters differ between recordings: a cause that varies, as oil that warms, would be hidden without them.
     """
-    if not rest.detected or rest.place is None or rest.parameters_differ:
+    if not rest.detected or rest.parameters_differ:
         return frozenset()
-    apart, joint = frozenset(rest.place.recordings) & frozenset(names), rest.place.joint - 1
-    energy = dict.fromkeys(names, 0.0)
+    energy = {name: np.zeros(heldout.remains[0].r.shape[1]) for name in names}
     for part in heldout.remains:
-        energy[part.recording] = energy.get(part.recording, 0.0) + float((part.r[:, joint] ** 2).sum())
-    few = len(apart) <= MOST_RECORDINGS * len(names) and len(names) - len(apart) >= FEWEST_OTHERS
-    return apart if few and sum(energy[name] for name in apart) > MOST_ENERGY * sum(energy.values()) else frozenset()
+        energy[part.recording] += (part.r**2).sum(axis=0)
+    most = min(int(MOST_RECORDINGS * len(names)), len(names) - FEWEST_OTHERS)
+    for of_joint in np.transpose(list(energy.values())):  # (joints, recordings)
+        loudest = np.argsort(-of_joint, kind="stable")
+        fewest = int(np.searchsorted(np.cumsum(of_joint[loudest]), MOST_ENERGY * of_joint.sum(), side="right")) + 1
+        if of_joint.any() and fewest <= most:
+            return frozenset(names[k] for k in loudest[:fewest])
+    return frozenset()
 
 
 def _mean_remainder(parts: Iterable[Residual], without: Set[str]) -> float:
