@@ -25,15 +25,17 @@ def recordings_apart(rest: Remainder, heldout: HeldoutErrors, names: Sequence[st
     """
     if not rest.detected or rest.parameters_differ:
         return frozenset()
-    energy = {name: np.zeros(heldout.remains[0].r.shape[1]) for name in names}
+    energy = dict.fromkeys(names, np.zeros(heldout.remains[0].r.shape[1]))
     for part in heldout.remains:
-        energy[part.recording] += (part.r**2).sum(axis=0)
+        energy[part.recording] = energy.get(part.recording, 0.0) + (part.r**2).sum(axis=0)
+    everything = list(energy)  # tables as well, no part of which stands apart
     most = min(int(MOST_RECORDINGS * len(names)), len(names) - FEWEST_OTHERS)
     for of_joint in np.transpose(list(energy.values())):  # (joints, recordings)
         loudest = np.argsort(-of_joint, kind="stable")
         fewest = int(np.searchsorted(np.cumsum(of_joint[loudest]), MOST_ENERGY * of_joint.sum(), side="right")) + 1
-        if of_joint.any() and fewest <= most:
-            return frozenset(names[k] for k in loudest[:fewest])
+        apart = {everything[k] for k in loudest[:fewest]}
+        if of_joint.any() and fewest <= most and apart <= set(names):
+            return frozenset(apart)
     return frozenset()
 
 

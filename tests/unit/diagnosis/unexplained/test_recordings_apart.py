@@ -35,6 +35,12 @@ def test_few_recordings_with_most_of_the_remaining_energy_stand_apart():
     assert not recordings_apart(rest(), few, NAMES[:3]), "too few others"
 
 
+def test_a_table_never_stands_apart():
+    table = Residual("table", np.full((50, 1), 9.0), {}, 0.0)
+    assert not recordings_apart(rest(), SimpleNamespace(remains=[*heldout([1.0] * 8).remains, table]), NAMES)
+    assert not recordings_apart(rest(), SimpleNamespace(remains=[table]), ())
+
+
 def test_recordings_stand_apart_at_the_joint_where_they_are_few():
     two = SimpleNamespace(remains=[Residual(name, np.tile([1.0, 5.0 if name == "run2" else 1.0], (50, 1)), {}, 0.01) for name in NAMES])
     assert recordings_apart(rest(), two, NAMES) == {"run2"}
