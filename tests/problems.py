@@ -72,9 +72,10 @@ def design(seed=0, groups=4, rows=15, joints=2, p=2, planted=None, noise=1.0):
                               further_columns=0, blocks=[SimpleNamespace(steady=False)], frequency=np.tile(np.arange(rows) / rows, groups))
     flat = Y.reshape(n * joints, p)
     excess = y - (flat @ np.linalg.lstsq(flat, y.ravel())[0]).reshape(y.shape)
+    free = SimpleNamespace(lowest=np.full(p, -np.inf), highest=np.full(p, np.inf))
     return SimpleNamespace(Y=Y, y=y, tau=y, problem=problem, scale=np.array([1.0, 2.0])[:joints], duration=float(n), excess=excess,
                            input_variance=np.zeros_like(y), stated_friction=np.zeros_like(y),
-                           baseline=SimpleNamespace(is_physics=True), undriven=False, left=np.ones(joints))
+                           baseline=SimpleNamespace(is_physics=True, prior=free), undriven=False, left=np.ones(joints))
 
 
 def unknown(of, seed=1, m=3):

@@ -9,8 +9,9 @@ A member k of the best set S is claimed if it passes seven tests.
    much from the unknown as l, and leaves FORM of it at most, is exempt from both. A member without which other claims fail is one
    explanation with them: it need only be more probable than not, and all of them together gain LEAST_GAIN each.
 2. Unknown: the law replaces the unknown as a true law does (search.stepwise.admits).
-3. Prediction: held-out recordings are predicted better. Without the recording that supports the law most, they are predicted worse by
-   FORM of the gain at most: where many recordings show the same, the unknown predicts the others as well as a law.
+3. Prediction: held-out recordings are predicted better, unless the fitted baseline agrees with arm.yaml only with it. Without the
+   recording that supports the law most, they are predicted worse by FORM of the gain at most: where many recordings show the same, the
+   unknown predicts the others as well as a law.
 4. Values: one differs from 0 by PRECISE standard deviations, the interval of one that is reported excludes 0, and none lies beyond a
    physical bound. A law that differs between recordings must gain more than mass, drag and added mass fitted to each recording alone.
    Of a wave, no other frequency explains more than LEAVES as much (decision.other_frequencies).
@@ -33,8 +34,9 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
+from scipy.special import ndtri
 
-from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, LEAVES, PRECISE
+from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, LEAVES, P_ALARM, PRECISE
 from nnhydro.diagnosis.decision.alternative_laws import with_narrower_form, with_plainer_law
 from nnhydro.diagnosis.decision.catalogue_probability import listed_probability
 from nnhydro.diagnosis.decision.form_error import form_bars
@@ -215,6 +217,11 @@ def _gain_over_any_coefficients(search: Search, rest: ScoredSet, now: ScoredSet)
     return weight.size / 2 * float(np.log(left_by(rest, np.array([[-np.inf], [np.inf]])) / left_by(now, possible)))
 
 
+def contradicts_arm(search: Search, found: ScoredSet) -> bool:
+    """Return whether the baseline, fitted beside a set, contradicts arm.yaml: |z| > Phi^-1(1 - P_ALARM / 2)."""
+    return float(np.abs(best_fit(search, found).z).max(initial=0.0)) > -float(ndtri(P_ALARM / 2))
+
+
 def gain_on_unseen(by_fold: Array) -> float:
     """Return the nats that the folds `by_fold` (folds,) gain without the best one, which may lose FORM of the whole gain.
 
@@ -228,7 +235,7 @@ def _judge(search: Search, now: ScoredSet, rest: ScoredSet, k: int, by_fold: Arr
     effect, joint = search.key(k)
     gain = search.gain(rest, now)
     others = [share for other, share in shares.items() if other != k and search.view.library.hypotheses[k].activity is not None]
-    fit = best_fit(search, rest)
+    fit, reconciles = best_fit(search, rest), contradicts_arm(search, rest) and not contradicts_arm(search, now)
     relevant = relevant_share(search.view.library.design, (fit.residual / fit.whitened.sw) ** 2)
     least = max(relevant, FORM * max(others, default=0.0))
 
@@ -243,7 +250,7 @@ def _judge(search: Search, now: ScoredSet, rest: ScoredSet, k: int, by_fold: Arr
         differs = search.view.library.hypotheses[k].differs_between_recordings
         most = nats_of_parameters_per_recording(search, rest) if differs else 0.0
         yield gain, most, f"mass, drag and added mass fitted to each recording alone would gain more, {most:.1f} nats"
-        yield gain_on_unseen(by_fold), 0.0, "the prediction of held-out recordings does not improve"
+        yield 1.0 if reconciles else gain_on_unseen(by_fold), 0.0, "the prediction of held-out recordings does not improve"
         yield listed_probability(search, now, k), LEAST_PROBABLE, IMPROBABLE
         yield 1.0 if search.admits(rest, now) else 0.0, 0.5, "a smooth unknown law explains the residual as well"
         yield _gain_over_any_coefficients(search, rest, now), LEAST_GAIN, IMPOSSIBLE
@@ -254,4 +261,5 @@ def _judge(search: Search, now: ScoredSet, rest: ScoredSet, k: int, by_fold: Arr
     elsewhere = share_elsewhere(search, rest, k)
     if elsewhere > LEAVES:
         return Decision(effect, joint, elsewhere, LEAVES, False, f"no line: another frequency explains {100 * elsewhere:.0f} % as much")
-    return Decision(effect, joint, gain, threshold, True, f"gains {gain:.1f} nats, and improves the prediction of held-out recordings")
+    why = "with it alone the fit agrees with arm.yaml" if reconciles else "improves the prediction of held-out recordings"
+    return Decision(effect, joint, gain, threshold, True, f"gains {gain:.1f} nats, and {why}")

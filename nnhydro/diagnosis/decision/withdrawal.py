@@ -4,13 +4,11 @@ from collections.abc import Set
 from dataclasses import replace
 
 import numpy as np
-from scipy.special import ndtri
 
-from nnhydro.diagnosis.constants import FORM, P_ALARM, RELEVANT
-from nnhydro.diagnosis.decision.decide import Claims, decide
+from nnhydro.diagnosis.constants import FORM, RELEVANT
+from nnhydro.diagnosis.decision.decide import Claims, contradicts_arm, decide
 from nnhydro.diagnosis.decision.heldout_errors import HeldoutErrors, fitted_error, measure_errors
 from nnhydro.diagnosis.decision.parameters_per_recording import nats_of_parameters_per_recording
-from nnhydro.diagnosis.search.best_fit import best_fit
 from nnhydro.diagnosis.search.scored_set import ScoredSet
 from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.models.strip_theory import StripTheory
@@ -20,17 +18,11 @@ from nnhydro.sheet import percent
 def _exempt_members(search: Search, claimed: ScoredSet, heldout: HeldoutErrors) -> set[int]:
     """Return the members of the set that are claimed whatever the error on held-out recordings.
 
-    One kind: only with them the fitted baseline agrees with arm.yaml, |z| <= Phi^-1(1 - P_ALARM / 2). Calibration would hide a payload in
+    One kind: only with them the fitted baseline agrees with arm.yaml (`contradicts_arm`). Calibration would hide a payload in
     the masses of a link, for example. Where masses differ between recordings, their mean is no evidence. The other kind cannot be
     predicted (`_is_unpredictable`), and lowers the error of the fit enough: by FORM if its phase differs between recordings, else to the
     share of its energy that its card calls unpredictable.
     """
-    most = -float(ndtri(P_ALARM / 2))
-
-    def contradicts_arm(found: ScoredSet) -> bool:
-        """Return whether the baseline, fitted beside a set, contradicts arm.yaml."""
-        return float(np.abs(best_fit(search, found).z).max(initial=0.0)) > most
-
     def largest_ratio(k: int) -> float:
         """Return the largest ratio of the errors with and without member `k` at which it is claimed."""
         h = search.view.library.hypotheses[k]
@@ -39,7 +31,7 @@ def _exempt_members(search: Search, claimed: ScoredSet, heldout: HeldoutErrors) 
     rests = {k: search.score(claimed.without(k)) for k in claimed.chosen}
     unpredicted = {k for k, rest in rests.items() if _is_unpredictable(search, k)
                    and fitted_error(search, claimed, heldout) < largest_ratio(k) * fitted_error(search, rest, heldout)}
-    needed = {k for k, rest in rests.items() if not contradicts_arm(claimed) and contradicts_arm(rest)}
+    needed = {k for k, rest in rests.items() if not contradicts_arm(search, claimed) and contradicts_arm(search, rest)}
     return unpredicted | {k for k in needed if nats_of_parameters_per_recording(search, rests[k]) < search.gain(rests[k], claimed)}
 
 

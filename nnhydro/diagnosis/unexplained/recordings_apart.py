@@ -19,24 +19,23 @@ FEWEST_OTHERS = 3  # fewest other recordings: with fewer no effect is named
 
 
 def recordings_apart(rest: Remainder, heldout: HeldoutErrors, names: Sequence[str]) -> frozenset[str]:
-    """Return the fewest of the recordings `names` that hold most of what remains at a joint, if they are few; none where nothing remains.
+    """Return the few of the recordings `names` that hold most of what remains at a joint; none where nothing remains.
 
+    They are those that exceed the noise. If none does, one may have made the noise of all seem as large: then they are the fewest.
     Nor any where parameters differ between recordings: a cause that varies, as oil that warms, would be hidden without them.
     """
     if not rest.detected or rest.parameters_differ:
         return frozenset()
-    energy = dict.fromkeys(names, np.zeros(heldout.remains[0].r.shape[1]))
-    for part in heldout.remains:
-        energy[part.recording] = energy.get(part.recording, 0.0) + (part.r**2).sum(axis=0)
-    everything = list(energy)  # tables as well, no part of which stands apart
-    most = min(int(MOST_RECORDINGS * len(names)), len(names) - FEWEST_OTHERS)
-    for of_joint in np.transpose(list(energy.values())):  # (joints, recordings)
-        loudest = np.argsort(-of_joint, kind="stable")
-        fewest = int(np.searchsorted(np.cumsum(of_joint[loudest]), MOST_ENERGY * of_joint.sum(), side="right")) + 1
-        apart = {everything[k] for k in loudest[:fewest]}
-        if of_joint.any() and fewest <= most and apart <= set(names):
-            return frozenset(apart)
-    return frozenset()
+    energies = [(part.recording, (part.r**2).sum(axis=0)) for part in heldout.remains]
+    joint = int(np.argmax(sum(energy for _, energy in energies))) if rest.place is None else rest.place.joint - 1
+    of_joint = dict.fromkeys(names, 0.0)
+    for name, energy in energies:
+        of_joint[name] = of_joint.get(name, 0.0) + float(energy[joint])
+    loudest, least = sorted(of_joint, key=lambda name: -of_joint[name]), MOST_ENERGY * sum(of_joint.values())
+    fewest = int(np.searchsorted(np.cumsum([of_joint[name] for name in loudest]), least, side="right")) + 1
+    apart = frozenset(loudest[:fewest] if rest.place is None else rest.place.recordings) & frozenset(names)  # no part of a table
+    few = len(apart) <= MOST_RECORDINGS * len(names) and len(names) - len(apart) >= FEWEST_OTHERS
+    return apart if few and sum(of_joint[name] for name in apart) > least else frozenset()
 
 
 def _mean_remainder(parts: Iterable[Residual], without: Set[str]) -> float:

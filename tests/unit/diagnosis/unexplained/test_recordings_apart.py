@@ -8,6 +8,7 @@ import pytest
 from nnhydro.diagnosis import diagnose as diagnosis
 from nnhydro.diagnosis.decision.heldout_errors import Residual
 from nnhydro.diagnosis.unexplained.recordings_apart import apart_sentence, leaves_less, recordings_apart
+from nnhydro.diagnosis.unexplained.residual_location import Location
 from nnhydro.errors import RecordingError
 
 NAMES = tuple(f"run{k}" for k in range(8))
@@ -18,32 +19,37 @@ def heldout(sizes):
     return SimpleNamespace(remains=[Residual(name, np.full((50, 1), size), {}, 0.01) for name, size in zip(NAMES, sizes, strict=True)])
 
 
-def rest(detected=True, differ=False):
-    return SimpleNamespace(detected=detected, parameters_differ=differ)
+def rest(loud, detected=True, differ=False):
+    """A remainder that exceeds the noise in the recordings `loud` at joint 1; nowhere where there are none."""
+    place = Location(1, 1.0, "", {}, [0.0, 1.0], list(loud)) if loud else None
+    return SimpleNamespace(detected=detected, parameters_differ=differ, place=place)
 
 
 def test_few_recordings_with_most_of_the_remaining_energy_stand_apart():
     loud = heldout([5.0, 1, 1, 1, 1, 1, 1, 1])
-    assert recordings_apart(rest(), loud, NAMES) == {"run0"}
-    assert recordings_apart(rest(), heldout([1.0, 4, 1, 1, 4, 1, 1, 1]), NAMES) == {"run1", "run4"}
-    assert not recordings_apart(rest(detected=False), loud, NAMES), "nothing remains"
-    assert not recordings_apart(rest(differ=True), loud, NAMES), "a cause that varies between recordings is no fault of a few"
-    assert not recordings_apart(rest(), heldout([2.0, 1, 1, 1, 1, 1, 1, 1]), NAMES), "less than half of the energy"
-    assert not recordings_apart(rest(), heldout([5.0, 5, 5, 5, 5, 1, 1, 1]), NAMES), "more than a quarter of the recordings"
-    assert not recordings_apart(rest(), heldout([0.0] * 8), NAMES), "nothing remains"
-    few = SimpleNamespace(remains=loud.remains[:3])
-    assert not recordings_apart(rest(), few, NAMES[:3]), "too few others"
+    assert recordings_apart(rest(["run0"]), loud, NAMES) == {"run0"}
+    assert not recordings_apart(rest(["run0"], detected=False), loud, NAMES), "nothing remains"
+    assert not recordings_apart(rest(["run0"], differ=True), loud, NAMES), "a cause that varies between recordings is no fault of a few"
+    assert not recordings_apart(rest(["run0"]), heldout([2.0, 1, 1, 1, 1, 1, 1, 1]), NAMES), "less than half of the energy"
+    assert not recordings_apart(rest(NAMES[:3]), heldout([5.0, 5, 5, 1, 1, 1, 1, 1]), NAMES), "more than a quarter of the recordings"
+    assert not recordings_apart(rest(["run0"]), SimpleNamespace(remains=loud.remains[:3]), NAMES[:3]), "too few others"
+
+
+def test_where_none_exceeds_the_noise_the_fewest_with_most_of_the_energy_stand_apart():
+    assert recordings_apart(rest([]), heldout([1.0, 1, 5, 1, 1, 1, 1, 1]), NAMES) == {"run2"}
+    assert recordings_apart(rest([]), heldout([1.0, 4, 1, 1, 4, 1, 1, 1]), NAMES) == {"run1", "run4"}
+    assert not recordings_apart(rest([], detected=False), heldout([1.0, 1, 5, 1, 1, 1, 1, 1]), NAMES)
+    assert not recordings_apart(rest([]), heldout([5.0, 5, 5, 5, 5, 1, 1, 1]), NAMES), "more than a quarter of the recordings"
+    assert not recordings_apart(rest([]), heldout([0.0] * 8), NAMES), "nothing remains"
+    two = SimpleNamespace(remains=[Residual(name, np.tile([1.0, 5.0 if name == "run2" else 1.0], (50, 1)), {}, 0.01) for name in NAMES])
+    assert recordings_apart(rest([]), two, NAMES) == {"run2"}, "at the joint where most remains"
 
 
 def test_a_table_never_stands_apart():
     table = Residual("table", np.full((50, 1), 9.0), {}, 0.0)
-    assert not recordings_apart(rest(), SimpleNamespace(remains=[*heldout([1.0] * 8).remains, table]), NAMES)
-    assert not recordings_apart(rest(), SimpleNamespace(remains=[table]), ())
-
-
-def test_recordings_stand_apart_at_the_joint_where_they_are_few():
-    two = SimpleNamespace(remains=[Residual(name, np.tile([1.0, 5.0 if name == "run2" else 1.0], (50, 1)), {}, 0.01) for name in NAMES])
-    assert recordings_apart(rest(), two, NAMES) == {"run2"}
+    assert not recordings_apart(rest([]), SimpleNamespace(remains=[*heldout([1.0] * 8).remains, table]), NAMES)
+    assert not recordings_apart(rest([]), SimpleNamespace(remains=[table]), ())
+    assert not recordings_apart(rest(["table"]), SimpleNamespace(remains=[table]), ())
 
 
 def test_only_the_other_recordings_are_compared():
@@ -54,7 +60,7 @@ def test_only_the_other_recordings_are_compared():
 
 def decided(remains, chosen, detected):
     """What was decided on some recordings: `remains`, and the members `chosen`."""
-    return SimpleNamespace(rest=rest(detected), heldout=remains,
+    return SimpleNamespace(rest=rest(["run0"], detected), heldout=remains,
                            found=SimpleNamespace(decided=SimpleNamespace(claimed=SimpleNamespace(chosen=chosen))))
 
 
