@@ -19,14 +19,14 @@ STRIPS = 20  # a link
 @final
 @dataclass(frozen=True)
 class DragForm(LoadEffect):
-    """What a law of drag can differ in: parts linear and cubic in speed, the two directions, a taper along each link and its ends."""
+    """What a law of drag can differ in: parts linear and cubic in speed, a taper along each link, its ends, and the two directions."""
 
     id = "drag_form"
     family = "drag_law"
     name = "other form of the drag law"
     mechanism = ("The baseline's drag is quadratic in speed, the same in both directions and uniform along the link. Slow or streamlined "
                  "flow has another law, and so has a link that is tapered or not alike fore and aft, or a propeller.")
-    equation = "f = 1/2 rho D (c_1 w + c_3 |w|^2 w + d_i w^2 + (k_i s + e_i (3 s^2 - 1)/2) |w| w),  s = 2 x/L - 1"
+    equation = "f = 1/2 rho D (c_1 w + c_3 |w|^2 w + (k_i s + e_i (3 s^2 - 1)/2) |w| w + d_i w^2),  s = 2 x/L - 1"
     source = "first terms of an expansion in speed, direction and span: ours; relief near free ends: Rivera (1995), section 2"
     signature = Signature(
         depends_on=("w", "x"), parity="mixed", region="slow or very fast flow, one direction, or the tip against the root of a link",
@@ -39,9 +39,9 @@ class DragForm(LoadEffect):
 
     linear: Values = parameter("m/s", 0.0, ANY_VALUE, "coefficient c_1 of the part linear in speed", per="arm")
     cubic: Values = parameter("s/m", 0.0, ANY_VALUE, "coefficient c_3 of the part cubic in speed", per="arm")
-    direction: Values = parameter("1", 0.0, (-6.0, 6.0), "C_D forwards (towards larger angles) less the mean of both directions")
     taper: Values = parameter("1", 0.0, (-6.0, 6.0), "C_D at the outer end less its mean along the link")
     ends: Values = parameter("1", 0.0, (-6.0, 6.0), "C_D at both ends less its mean along the link")
+    direction: Values = parameter("1", 0.0, (-6.0, 6.0), "C_D forwards (to larger angles) less the mean of both directions", absent=True)
 
     def narrower(self) -> tuple["DragForm", ...]:
         """Return the symmetric law, those of the span, taper, speed and direction: needless free parameters mislead at other speeds."""
@@ -50,15 +50,15 @@ class DragForm(LoadEffect):
         return symmetric, span, replace(span, ends=()), speed, replace(speed, direction=()), replace(speed, linear=(), cubic=())
 
     def columns(self, flow: Flow) -> Tensor:
-        """Return d tau / d (linear, cubic, direction, taper, ends), (n, joints, 2 + 3 links), less what this law leaves out."""
+        """Return d tau / d (linear, cubic, taper, ends, direction), (n, joints, 2 + 3 links), less what this law leaves out."""
         strips = Strips.of(flow, STRIPS)
         w, drag = strips.w, unit_drag(strips)
         pressure = 0.5 * flow.rho * flow.D[:, None]
         span = 2 * strips.x / flow.L[:, None] - 1
         parts = ((self.linear, strips.to_joints(pressure * w).sum(-1, keepdim=True)),
                  (self.cubic, strips.to_joints(drag * w.abs()).sum(-1, keepdim=True)),
-                 (self.direction, strips.to_joints(pressure * w**2)),
-                 (self.taper, strips.to_joints(drag * span)), (self.ends, strips.to_joints(drag * (3 * span**2 - 1) / 2)))
+                 (self.taper, strips.to_joints(drag * span)), (self.ends, strips.to_joints(drag * (3 * span**2 - 1) / 2)),
+                 (self.direction, strips.to_joints(pressure * w**2)))
         return torch.cat([columns for values, columns in parts if values], dim=-1)
 
     def sentence(self, text: Mapping[str, str]) -> str:

@@ -238,6 +238,14 @@ def test_a_link_not_alike_fore_and_aft_has_one_drag_coefficient_in_each_directio
         assert_close(mean.torque(flow) + differing.torque(flow), NormalDrag(C_D=(coefficient,)).torque(flow), rtol=1e-3)  # 20 strips
 
 
+def test_a_model_file_from_before_drag_could_differ_by_direction_is_read():
+    a = arm(2)
+    document = made("drag_form", a, linear=(0.2,)).document()
+    del document["parameters"]["direction"]
+    flow = Flow(a, run(2))
+    assert_close(term_of(document).torque(flow), made("drag_form", a, linear=(0.2,)).torque(flow))
+
+
 def test_relief_at_the_ends_leaves_an_even_flow_its_torque_and_takes_that_of_a_swing():
     effect = made("drag_form", arm(1), linear=(0.0,), cubic=(0.0,), direction=(0.0,), taper=(0.0,), ends=(-0.4,))
     assert_close(effect.torque(Flow(arm(1), steady([[0.0]], 0.0, 0.0, 0.8))), tensor([[0.0]]), rtol=0, atol=2e-3)
