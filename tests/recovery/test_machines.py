@@ -222,3 +222,21 @@ def test_what_loads_a_machine_is_named_with_its_size_and_nothing_else(machine):
         # of a wave that a held link meets only the part across it is known; of a spring on a free rod, what the weight does not imitate
         known = name not in ("wave_orbital", "umbilical_stiffness")
         assert high - low < 0.3 * abs(value) or not known, name
+
+
+@pytest.mark.slow
+def test_on_a_linear_axis_that_is_held_the_direction_of_a_wave_is_an_angle(tmp_path):
+    """The section again, on a force gauge: its length and its force are in m and N, the direction of the wave in rad."""
+    (tmp_path / "recordings").mkdir()
+    (tmp_path / "arm.yaml").write_text(yaml.safe_dump({
+        "schema": "nnhydro/arm/1", "name": "a section", "fluid": WATER, "joints": [{"type": "prismatic"}],
+        "links": [{"length_m": 0.6, "diameter_m": 0.1, "mass_kg": 5.0, "com_m": 0.3, "inertia_kg_m2": 0.15}]}))
+    for seed in range(4):
+        turning = section_in_waves(seed)
+        held = {"t_s": turning["t_s"], "q1_m": noise(seed, turning["t_s"], 1e-5), "tau1_N": turning["tau1_Nm"] / 0.3}
+        pd.DataFrame(held).to_csv(tmp_path / "recordings" / f"r{seed}.csv", index=False)
+    (wave,) = diagnose(nnhydro.load(tmp_path)).findings
+    assert wave.effect == "wave_orbital"
+    assert wave.parameters["direction"].unit == "rad"
+    assert "rad" in wave.statement
+    assert " m from +X" not in wave.statement

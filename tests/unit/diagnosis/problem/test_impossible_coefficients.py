@@ -45,3 +45,10 @@ def test_an_omitted_effect_that_hides_in_a_coefficient_of_the_wrong_sign_is_no_m
     pushed = [replace(r, tau=r.tau - 1.1 * drag(r)) for r in WHOLE.recordings()]
     design = design_on(problem_of(Campaign.of(ARM, pushed), edge=3.0), "constant")
     assert impossible_coefficients(design) == []
+
+
+def test_nothing_is_said_where_free_coefficients_explain_little_of_it_either():
+    """A spring holds most of the torque: a diameter a hundred times too small is then no explanation."""
+    pulled = [replace(r, tau=r.tau + 30.0 * r.q) for r in WHOLE.recordings()]
+    thin = ARM.model_copy(update={"links": (ARM.links[0].model_copy(update={"diameter_m": ARM.D[0] / 100}),)})
+    assert impossible_coefficients(design_on(problem_of(Campaign.of(thin, pulled), edge=3.0), "constant")) == []
