@@ -216,10 +216,10 @@ def table(bias=0.0):
     return Campaign.of(ARM, [], (replace(whole, tau=tau),))
 
 
-def shaft(rows):
-    """A shaft that turns at steady speeds against the same friction of 0.9 N m."""
+def shaft(rows, waves=0.0):
+    """A shaft that turns at steady speeds against the same friction of 0.9 N m, which may rise and fall with the speed as no law does."""
     qd = np.linspace(0.4, 8.0, rows)[:, None]
-    tau = 0.9 + 0.01 * np.random.default_rng(rows).standard_normal(qd.shape)
+    tau = 0.9 + waves * np.cos(qd) + 0.01 * np.random.default_rng(rows).standard_normal(qd.shape)
     light = {"mass_kg": 0.0, "com_m": 0.0, "inertia_kg_m2": 0.0}
     bare = with_links(ARM, **light).model_copy(update={"fluid": ARM.fluid.model_copy(update={"density_kg_m3": 0.0})})
     return Campaign.of(bare, [], (SteadyTable("shaft", tuple(map(str, range(rows))), np.zeros_like(qd), qd, np.zeros(rows), tau),))
@@ -295,6 +295,7 @@ CAMPAIGNS = {
     "steady": table,
     "steady, offset": lambda: table(0.4),
     **{f"shaft, {rows} speeds": partial(shaft, rows) for rows in (8, 12, 30)},
+    "shaft, a curve": partial(shaft, 30, 0.6),
     "under a second": lambda: Campaign.of(ARM, made(count=8, seconds=0.9, more=lambda r, k: dry(r))),
 }
 

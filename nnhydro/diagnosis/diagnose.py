@@ -189,8 +189,7 @@ def _complete(campaign: Campaign, decided: DecidedCampaign, options: "DiagnosisO
     before, corrected = with_record(before, record if base.is_physics else {}), with_record(corrected, record)
     above = {} if found.design.undriven else {"torque_above_band": share_above(map(campaign.load, problem.names), problem.edge)}
     checks = _checks(found, heldout.before, heldout.after, heldout.recordings) | base.against_stated(z_after) | unjudged | why | above
-    if base.is_physics:
-        checks["against_stated"] += impossible_coefficients(found.design)
+    checks["impossible_coefficients"] = impossible_coefficients(found.design)
     return DiagnosisResult(before, corrected, base.name, 0.0, _p_value(found, decided.rest), decided.floor, heldout,
                            locate(heldout.residuals, noise_rms), findings, decided.rest, found.decided.decisions, checks, bands, following,
                            base.recalibration(z_before), versions() | {"campaign_sha256": campaign.sha256()}, rehearsal)

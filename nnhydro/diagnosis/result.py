@@ -49,8 +49,8 @@ class DiagnosisResult:
 
     @property
     def detected(self) -> bool:
-        """Whether there is a mismatch beyond noise and recalibration."""
-        return self.p_value <= 1 - NULL_QUANTILE  # as often as a claim by chance
+        """Whether there is a mismatch beyond noise and recalibration, or one that only impossible coefficients explain."""
+        return self.p_value <= 1 - NULL_QUANTILE or bool(self.checks.get("impossible_coefficients"))  # as often as a claim by chance
 
     def document(self) -> dict[str, Any]:
         """Return what diagnosis.json holds."""
@@ -95,7 +95,8 @@ class DiagnosisResult:
     def verdict(self) -> str:
         """Return the finding of the diagnosis in plain words."""
         said = (self._findings_text() if self.findings else self._no_finding_text()) + self._simulation()
-        stated = " ".join(f"{line}." for line in self.checks.get("against_stated", [])[:SHOWN])
+        lines = [*self.checks.get("impossible_coefficients", []), *self.checks.get("against_stated", [])]
+        stated = " ".join(f"{line}." for line in lines[:SHOWN])
         return " ".join(self.baseline.arm.text(f"{said} {stated} {self.checks.get('left_out', '')} {self._above_band()}").split())
 
     def _above_band(self) -> str:

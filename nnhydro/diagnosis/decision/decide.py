@@ -1,6 +1,7 @@
 """The one place where a claim is decided: every candidate that came near gets a decision with its reason.
 
-A member k of the best set S is claimed if it passes seven tests.
+A member k of the best set S is claimed if it passes six tests. Whether the error on held-out recordings falls is judged last, of all claims
+together (decision.withdrawal).
 
 1. Gain: its gain exceeds LEAST_GAIN, the gain of chance in this campaign, and the gain that an error in the form of a larger claim l makes:
        gain(S less k, S) > max(LEAST_GAIN, q99 + o_k, max_l max(FORM, 1 - p_l)^2 gain_l)
@@ -9,16 +10,13 @@ A member k of the best set S is claimed if it passes seven tests.
    much from the unknown as l, and leaves FORM of it at most, is exempt from both. A member without which other claims fail is one
    explanation with them: it need only be more probable than not, and all of them together gain LEAST_GAIN each.
 2. Unknown: the law replaces the unknown as a true law does (search.stepwise.admits).
-3. Prediction: held-out recordings are predicted better, unless the fitted baseline agrees with arm.yaml only with it. Without the
-   recording that supports the law most, they are predicted worse by FORM of the gain at most: where many recordings show the same, the
-   unknown predicts the others as well as a law.
-4. Values: one differs from 0 by PRECISE standard deviations, the interval of one that is reported excludes 0, and none lies beyond a
+3. Values: one differs from 0 by PRECISE standard deviations, the interval of one that is reported excludes 0, and none lies beyond a
    physical bound. A law that differs between recordings must gain more than mass, drag and added mass fitted to each recording alone.
    Of a wave, no other frequency explains more than LEAVES as much (decision.other_frequencies).
-5. Size: it moves the torque by RELEVANT of its rms, or explains FORM of the energy of what remains without it. In a part of the campaign
+4. Size: it moves the torque by RELEVANT of its rms, or explains FORM of the energy of what remains without it. In a part of the campaign
    it also moves FORM of the largest claim, whose error of form may show there.
-6. Catalogue: it is more probable than a similar cause outside the catalogue (decision.catalogue_probability).
-7. Possible: where most of the torque is that of drag or added mass beyond their bounds, these explain less, by LEAST_GAIN.
+5. Catalogue: it is more probable than a similar cause outside the catalogue (decision.catalogue_probability).
+6. Possible: where most of the torque is that of drag or added mass beyond their bounds, these explain less, by LEAST_GAIN.
 
 Members that fail leave the set, a special law for a plainer one of its cause, one with a value beyond a bound for a narrower form of
 itself, and the others are judged again: first the one least probably in the catalogue, then the one that gains least. One dismissed as the
@@ -34,13 +32,11 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
-from scipy.special import ndtri
 
-from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, LEAVES, P_ALARM, PRECISE
+from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, LEAVES, PRECISE
 from nnhydro.diagnosis.decision.alternative_laws import with_narrower_form, with_plainer_law
 from nnhydro.diagnosis.decision.catalogue_probability import listed_probability
 from nnhydro.diagnosis.decision.form_error import form_bars
-from nnhydro.diagnosis.decision.heldout import log_densities
 from nnhydro.diagnosis.decision.null_draws import least_gain, null_threshold
 from nnhydro.diagnosis.decision.other_frequencies import share_elsewhere
 from nnhydro.diagnosis.decision.parameters_per_recording import nats_of_parameters_per_recording
@@ -123,13 +119,11 @@ def decide(search: Search, best: ScoredSet, seed: int, as_form: frozenset[int] =
     if not best.chosen:
         return Claims(best, (), {}, as_form)
     rests = {k: search.score(best.without(k)) for k in best.chosen}
-    densities = log_densities(search.view, [best, *rests.values()], seed)
-    by_fold = densities[:, :1] - densities[:, 1:]  # (folds, members)
     shares = torque_shares(search, best)
     largest = max(null_threshold(search, rest, seed) for rest in rests.values())
     chance = {k: 0.0 if k in needed else least_gain(search.view.library, largest, k) for k in best.chosen}
     bars = [0.0 if k in exact else bar for k, bar in zip(best.chosen, form_bars(search, best, list(rests.values())), strict=True)]
-    judged = {k: _judge(search, best, rests[k], k, by_fold[:, i], shares, max(chance[k], bars[i])) for i, k in enumerate(best.chosen)}
+    judged = {k: _judge(search, best, rests[k], k, shares, max(chance[k], bar)) for k, bar in zip(best.chosen, bars, strict=True)}
     failed = [(chance[k] < gain <= bar, min(listed_probability(search, best, k), LEAST_PROBABLE), gain, k)
               for k, bar in zip(best.chosen, bars, strict=True) if not judged[k].claimed for gain in (search.gain(rests[k], best),)]
     if not failed:
@@ -217,25 +211,11 @@ def _gain_over_any_coefficients(search: Search, rest: ScoredSet, now: ScoredSet)
     return weight.size / 2 * float(np.log(left_by(rest, np.array([[-np.inf], [np.inf]])) / left_by(now, possible)))
 
 
-def contradicts_arm(search: Search, found: ScoredSet) -> bool:
-    """Return whether the baseline, fitted beside a set, contradicts arm.yaml: |z| > Phi^-1(1 - P_ALARM / 2)."""
-    return float(np.abs(best_fit(search, found).z).max(initial=0.0)) > -float(ndtri(P_ALARM / 2))
-
-
-def gain_on_unseen(by_fold: Array) -> float:
-    """Return the nats that the folds `by_fold` (folds,) gain without the best one, which may lose FORM of the whole gain.
-
-        sum_f g_f - max_f g_f + FORM sum_f g_f         where the sum is positive, otherwise the sum
-    """
-    total = float(by_fold.sum())
-    return total - float(by_fold.max()) + FORM * total if len(by_fold) > 2 and total > 0 else total
-
-
-def _judge(search: Search, now: ScoredSet, rest: ScoredSet, k: int, by_fold: Array, shares: Shares, threshold: float) -> Decision:
+def _judge(search: Search, now: ScoredSet, rest: ScoredSet, k: int, shares: Shares, threshold: float) -> Decision:
     effect, joint = search.key(k)
     gain = search.gain(rest, now)
     others = [share for other, share in shares.items() if other != k and search.view.library.hypotheses[k].activity is not None]
-    fit, reconciles = best_fit(search, rest), contradicts_arm(search, rest) and not contradicts_arm(search, now)
+    fit = best_fit(search, rest)
     relevant = relevant_share(search.view.library.design, (fit.residual / fit.whitened.sw) ** 2)
     least = max(relevant, FORM * max(others, default=0.0))
 
@@ -250,7 +230,6 @@ def _judge(search: Search, now: ScoredSet, rest: ScoredSet, k: int, by_fold: Arr
         differs = search.view.library.hypotheses[k].differs_between_recordings
         most = nats_of_parameters_per_recording(search, rest) if differs else 0.0
         yield gain, most, f"mass, drag and added mass fitted to each recording alone would gain more, {most:.1f} nats"
-        yield 1.0 if reconciles else gain_on_unseen(by_fold), 0.0, "the prediction of held-out recordings does not improve"
         yield listed_probability(search, now, k), LEAST_PROBABLE, IMPROBABLE
         yield 1.0 if search.admits(rest, now) else 0.0, 0.5, "a smooth unknown law explains the residual as well"
         yield _gain_over_any_coefficients(search, rest, now), LEAST_GAIN, IMPOSSIBLE
@@ -261,5 +240,4 @@ def _judge(search: Search, now: ScoredSet, rest: ScoredSet, k: int, by_fold: Arr
     elsewhere = share_elsewhere(search, rest, k)
     if elsewhere > LEAVES:
         return Decision(effect, joint, elsewhere, LEAVES, False, f"no line: another frequency explains {100 * elsewhere:.0f} % as much")
-    why = "with it alone the fit agrees with arm.yaml" if reconciles else "improves the prediction of held-out recordings"
-    return Decision(effect, joint, gain, threshold, True, f"gains {gain:.1f} nats, and {why}")
+    return Decision(effect, joint, gain, threshold, True, f"gains {gain:.1f} nats in addition to the other effects")

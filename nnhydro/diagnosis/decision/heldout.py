@@ -1,14 +1,4 @@
-"""How well a set of effects predicts recordings that its fit has not seen: conditional log densities.
-
-    log p(y_out | y_in, S) = log p(y | S) - log p(y_in | S)
-
-by the chain rule of the marginal likelihood, at the sizes and the noise of the whole campaign. As in the score of a set, what its laws cost
-for their form is no evidence for the unknown: of the densities with (on) and without it (off) each counts by its share,
-
-    (1 - FORM^2) log p_on + FORM^2 log p_off         where the smallest of the sets names a law, log p_on else
-
-Units are recordings, or blocks where these are fewer than `FEWEST`. Values of single recordings are integrated out.
-"""
+"""What is held out of a fit together: recordings, or blocks where these are fewer than `FEWEST`, and rows of tables alike in load."""
 
 from collections.abc import Sequence
 
@@ -16,12 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.diagnosis.constants import FORM
-from nnhydro.diagnosis.model.evidence import Columns, WhiteRows, posterior
-from nnhydro.diagnosis.model.sizes import none
-from nnhydro.diagnosis.search.scored_set import ScoredSet
 from nnhydro.diagnosis.search.weighted_library import WeightedLibrary
 
-Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 FEWEST = 6  # fewest recordings that are held out as a whole; of fewer, blocks are
 FOLDS = 8  # most folds of the cross-validation
@@ -74,25 +60,3 @@ def _alike_in_load(view: WeightedLibrary, steady: NDArray[np.bool_]) -> Index:
     order = np.argsort(load[steady], kind="stable")  # where all are alike, in the order of the table
     made[np.flatnonzero(steady)[order]] = np.arange(len(order)) * FOLDS // max(len(order), 1)
     return made
-
-
-def log_densities(view: WeightedLibrary, sets: Sequence[ScoredSet], seed: int) -> Array:
-    """Return log p(held-out fold | the others) of every set, (folds, sets)."""
-    whole = view.whitened
-    off, granted = none(whole).vector(whole), FORM**2 * all(found.chosen for found in sets)
-    fold = fold_of_rows(view, seed, unit_held_out(view, ()))
-    made = []
-    for number in range(int(fold.max()) + 1):
-        rows = np.flatnonzero(fold != number)
-        part = WhiteRows(whole.design, whole.unknown, whole.v, rows)
-        scores = []
-        for found in sets:
-            columns = view.join(found.chosen)
-            fitted = None if columns is None else Columns.of(part, columns.Xw[rows])
-            all_on = found.fit.log_evidence
-            on, without = (evidence - posterior(part, fitted, t).log_evidence
-                           for evidence, t in ((all_on, found.sizes.vector(whole)), (all_on - found.unknown_nats, off)))
-            scores.append((1 - granted) * on + granted * without)
-        made.append(scores)
-    return np.array(made)
-

@@ -4,15 +4,22 @@ from collections.abc import Set
 from dataclasses import replace
 
 import numpy as np
+from scipy.special import ndtri
 
-from nnhydro.diagnosis.constants import FORM, RELEVANT
-from nnhydro.diagnosis.decision.decide import Claims, contradicts_arm, decide
+from nnhydro.diagnosis.constants import FORM, P_ALARM, RELEVANT
+from nnhydro.diagnosis.decision.decide import Claims, decide
 from nnhydro.diagnosis.decision.heldout_errors import HeldoutErrors, fitted_error, measure_errors
 from nnhydro.diagnosis.decision.parameters_per_recording import nats_of_parameters_per_recording
+from nnhydro.diagnosis.search.best_fit import best_fit
 from nnhydro.diagnosis.search.scored_set import ScoredSet
 from nnhydro.diagnosis.search.stepwise import Search
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.sheet import percent
+
+
+def contradicts_arm(search: Search, found: ScoredSet) -> bool:
+    """Return whether the baseline, fitted beside a set, contradicts arm.yaml: |z| > Phi^-1(1 - P_ALARM / 2)."""
+    return float(np.abs(best_fit(search, found).z).max(initial=0.0)) > -float(ndtri(P_ALARM / 2))
 
 
 def _exempt_members(search: Search, claimed: ScoredSet, heldout: HeldoutErrors) -> set[int]:

@@ -82,8 +82,13 @@ def _weigh(search: Search, found: ScoredSet, v: Array) -> tuple[WhiteRows, Colum
 
 
 def reestimate_noise(search: Search, found: ScoredSet, noise: Noise) -> Noise:
-    """Return the noise beside `found` and its unknown; an error of FORM in what is explained is no noise."""
+    """Return the noise beside `found` and its unknown; an error of FORM in what is explained is no noise.
+
+    Tables keep the `noise` of the search: their few rows scatter by less than FORM, and nothing would be left as noise.
+    """
     design = search.whitened.design
+    if (design.problem.frequency < 0).all():
+        return noise
     made = with_form_error(design, noise)
     for _ in range(ROUNDS):
         whitened, columns = _weigh(search, found, made.v)

@@ -207,6 +207,12 @@ def test_the_noise_of_a_table_is_that_of_its_sensor_whatever_the_unknown_could_m
     assert diagnosed(name, baseline).noise_floor == pytest.approx(0.01 * np.sqrt(2 / np.pi) / np.abs(torque).mean(), rel=0.3)
 
 
+def test_a_curve_that_no_law_draws_leaves_the_noise_of_a_table_as_it_is():
+    told, torque = diagnosed("shaft, a curve", "rigid"), campaign("shaft, a curve").steady[0].tau
+    assert told.remainder.detected
+    assert 0.3 < told.noise_floor / (0.01 * np.sqrt(2 / np.pi) / np.abs(torque).mean()) < 3.0
+
+
 def test_the_verdict_says_what_else_the_cause_may_be():
     told = diagnosed("shaft, 12 speeds", "rigid")
     (finding,) = told.findings

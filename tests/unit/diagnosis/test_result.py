@@ -147,6 +147,14 @@ def test_above_a_floor_of_a_third_of_the_torque_nothing_is_said_to_be_complete()
     assert diagnosis(1.0, floor=0.34).verdict().startswith("These recordings are too noisy for a diagnosis: noise alone is 34 % of")
 
 
+def test_a_difference_that_only_impossible_coefficients_explain_is_detected_and_not_called_noise():
+    told = replace(diagnosis(1.0, floor=0.98), checks={"impossible_coefficients": ["C_D would be 30: check the diameters"]})
+    assert told.detected
+    assert told.verdict().startswith("Recordings and model differ beyond noise")
+    assert "check the diameters." in told.verdict()
+    assert not replace(told, checks={"impossible_coefficients": []}).detected
+
+
 def test_torque_above_the_band_is_told_where_it_is_more_than_a_third():
     little, much = (replace(diagnosis(0.5), checks={"torque_above_band": share, "band_hz": 2.44}).verdict() for share in (0.3, 0.4))
     assert little == diagnosis(0.5).verdict()

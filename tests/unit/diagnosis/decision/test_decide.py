@@ -10,7 +10,7 @@ from problems import EIGHT, columns, design, law, search, unknown, with_planted
 
 from nnhydro.diagnosis.constants import FORM, LEAST_GAIN, LEAVES, NULL_DRAWS, NULL_QUANTILE, PRECISE, RELEVANT
 from nnhydro.diagnosis.decision import decide as deciding
-from nnhydro.diagnosis.decision.decide import decide, gain_on_unseen, torque_shares
+from nnhydro.diagnosis.decision.decide import decide, torque_shares
 from nnhydro.diagnosis.decision.null_draws import null_gains, null_threshold
 from nnhydro.diagnosis.problem.activity import ActivityWindow
 
@@ -116,17 +116,6 @@ def test_a_member_that_is_not_admitted_leaves_the_others_standing():
     assert full.score > one.score((0, 1, 2)).score
     assert not one.admits(one.score((0, 1, 2)), full)
     assert set(one.climb(full).chosen) == {0, 1, 2}
-
-
-@pytest.mark.parametrize(("gains", "predicted"), [
-    ([100.0, -3.0, 5.0, -4.0], True),  # the unknown foresees the others as well
-    ([100.0, -30.0, 5.0, -4.0], False),
-    ([3.0, -1.0, -1.0, -0.5], False),
-    ([1.0, 1.0, 1.0, 1.0], True),
-    ([-1.0, 0.5, 0.2, 0.1], False),
-])
-def test_a_law_may_be_predicted_worse_in_some_recordings_by_a_tenth_of_what_it_gains_in_all(gains, predicted):
-    assert (gain_on_unseen(np.array(gains)) > 0) == predicted
 
 
 def test_a_law_whose_values_make_no_sense_together_is_not_claimed():

@@ -1,12 +1,11 @@
-"""Recordings that the fit has not seen: their conditional density is the dense one, and folds hold what hangs together."""
+"""Recordings that the fit has not seen: folds hold what hangs together."""
 
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from problems import dense, design, law, search, unknown_part, written_out
+from problems import design, law, search
 
-from nnhydro.diagnosis.constants import FORM
 from nnhydro.diagnosis.decision.heldout import (
     FEWEST,
     FOLDS,
@@ -15,10 +14,8 @@ from nnhydro.diagnosis.decision.heldout import (
     STEADY,
     STRETCHES,
     fold_of_rows,
-    log_densities,
     unit_held_out,
 )
-from nnhydro.diagnosis.model.sizes import none
 
 LAWS = (law("a"), law("b", 2), law("c", per_recording=True), law("d", 2, per_recording=True))
 
@@ -26,33 +23,6 @@ LAWS = (law("a"), law("b", 2), law("c", per_recording=True), law("d", 2, per_rec
 def folds(view, chosen=()):
     """The fold of every row of a view, the unit held out for the members `chosen`."""
     return fold_of_rows(view, 0, unit_held_out(view, chosen))
-
-
-def test_what_is_left_out_is_predicted_as_the_dense_conditional_density_says():
-    of = design(10, groups=7, rows=8)
-    one = search(of, LAWS, even=False)
-    sets = [one.score((3,)), one.score((0,)), one.score((1, 2))]
-    fold, got = folds(one.view), log_densities(one.view, sets, 0)
-    for number in range(int(fold.max()) + 1):
-        rows = np.flatnonzero(fold != number)
-        for i, scored in enumerate(sets):
-            X = written_out(one.view, scored.chosen)
-            on, off = (dense(one.whitened, X, t) - dense(one.whitened, X, t, rows)
-                       for t in (scored.sizes.vector(one.whitened), none(one.whitened).vector(one.whitened)))
-            assert got[number, i] == pytest.approx((1 - FORM**2) * on + FORM**2 * off, rel=1e-5, abs=1e-5)
-
-
-def test_beside_the_empty_set_nothing_is_granted_to_the_form_of_laws():
-    of = design(10, groups=7, rows=8)
-    of.y = of.y + unknown_part(of, 1.0)
-    one = search(of, LAWS, even=False)
-    sets = [one.score(()), one.score((0,))]
-    fold, got = folds(one.view), log_densities(one.view, sets, 0)
-    for i, scored in enumerate(sets):
-        X, t = written_out(one.view, scored.chosen), scored.sizes.vector(one.whitened)
-        on = [dense(one.whitened, X, t) - dense(one.whitened, X, t, np.flatnonzero(fold != k)) for k in range(len(got))]
-        np.testing.assert_allclose(got[:, i], on, rtol=1e-5, atol=1e-5)
-    assert scored.sizes.tau.max() > 0.1, "an unknown that is off would have the same density"
 
 
 def test_folds_are_whole_recordings_or_blocks_where_these_are_few_and_rows_of_steady_tables():

@@ -60,15 +60,3 @@ def test_a_member_that_fails_takes_the_place_of_one_that_explains_less():
     assert deciding._exchange(one, best, 1, deciding.Claims(true, (), {})) is None
     assert deciding._exchange(one, best, 0, deciding.Claims(true, (), {})) is None, "it is claimed already"
     assert deciding._exchange(one, similar, 0, deciding.Claims(similar, (), {})) is None, "a set of the same size would be judged for ever"
-
-
-@pytest.mark.parametrize("contradicts", [True, False])
-def test_a_law_with_which_alone_the_fit_agrees_with_arm_yaml_need_not_predict_better(monkeypatch, contradicts):
-    """What calibration puts into the masses is predicted as well without the law; only arm.yaml tells that they are others."""
-    one = with_little_of(0.0)
-    monkeypatch.setattr(deciding, "gain_on_unseen", lambda by_fold: -1.0)
-    monkeypatch.setattr(deciding, "contradicts_arm", lambda search, found: contradicts and not found.chosen)
-    claims = deciding.decide(one, one.score((0,)), 0)
-    assert claims.claimed.chosen == ((0,) if contradicts else ())
-    (decision,) = claims.decisions
-    assert ("agrees with arm.yaml" if contradicts else "does not improve") in decision.reason
