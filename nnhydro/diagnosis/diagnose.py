@@ -158,13 +158,14 @@ def _decide_on(campaign: Campaign, names: tuple[str, ...], options: "DiagnosisOp
 def _remainder_of(search: Search, decided: Claims, heldout: HeldoutErrors, noise: Noise) -> tuple[Remainder, float]:
     """Return what the claims leave, and the error of noise alone.
 
-    On the few rows of tables, the unknown takes noise for a law. There, what the claims leave is noise unless the remainder is detected.
+    On the few rows of tables, the unknown takes noise for a law. There, what the claims leave is noise unless the remainder is detected,
+    or impossible coefficients explain it.
     """
     design, claimed = search.whitened.design, decided.claimed
     steady, of_noise = (design.problem.frequency < 0)[:, None], noise.noise_variance + design.input_variance
     floor = noise_error(search, heldout, np.where(steady, best_fit(search, claimed).whitened.v, of_noise))
     rest = unexplained_of(search, claimed, heldout, decided.decisions, floor, noise)
-    return rest, noise_error(search, heldout, of_noise) if rest.detected else floor
+    return rest, noise_error(search, heldout, of_noise) if rest.detected or impossible_coefficients(design) else floor
 
 
 def _complete(campaign: Campaign, decided: DecidedCampaign, options: "DiagnosisOptions",
