@@ -225,6 +225,26 @@ def test_what_loads_a_machine_is_named_with_its_size_and_nothing_else(machine):
 
 
 @pytest.mark.slow
+def test_dry_friction_of_a_shaft_is_named_although_its_run_downs_repeat_each_other(tmp_path):
+    """A shaft of 1e-3 kg m^2 runs down eight times alike: a smooth law learned from seven predicts the eighth as well as friction."""
+    rng, dt = np.random.default_rng(1), 0.0125
+    (tmp_path / "recordings").mkdir()
+    (tmp_path / "arm.yaml").write_text(yaml.safe_dump({"schema": "nnhydro/arm/1", "name": "a shaft", "fluid": AIR, "links": [
+        {"length_m": 0.1, "diameter_m": 0.02, "mass_kg": 0.0, "com_m": 0.0, "inertia_kg_m2": 1e-3, "known_to": 0.2}]}))
+    for run in range(8):
+        w = [150.0 * (1 + 0.02 * rng.standard_normal())]
+        while w[-1] > 20:  # 0.2 N m at rest, less at speed, and uneven
+            w.append(w[-1] - dt / 20 * 0.2 * (1 + 0.1 * np.cos(w[-1] / 12) - 0.25 * w[-1] / 150) / 1e-3)
+        speed = np.array(w[:-1:20])
+        speed += rng.standard_normal(len(speed))
+        q = np.concatenate([[0.0], np.cumsum((speed[1:] + speed[:-1]) / 2 * dt)])
+        pd.DataFrame({"t_s": np.arange(len(q)) * dt, "q1_rad": q, "dq1_rad_s": speed, "tau1_Nm": 0 * q}).to_csv(
+            tmp_path / "recordings" / f"run{run}.csv", index=False)
+    (friction,) = diagnose(nnhydro.load(tmp_path), "rigid").findings
+    assert friction.effect == "coulomb_friction"
+
+
+@pytest.mark.slow
 def test_on_a_linear_axis_that_is_held_the_direction_of_a_wave_is_an_angle(tmp_path):
     """The section again, on a force gauge: its length and its force are in m and N, the direction of the wave in rad."""
     (tmp_path / "recordings").mkdir()

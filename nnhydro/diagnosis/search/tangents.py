@@ -74,7 +74,7 @@ def limits_of(search: Search, k: int) -> dict[str, Span]:
     """Return between what the nonlinear values of member `k` can lie: its physical bounds, and the neighbours of all that was tried."""
     hypotheses = search.view.library.hypotheses
     h, found = hypotheses[k], dict[str, Span]()
-    names = [name for name, (low, high) in h.spans.items() if high > low]
+    names = [name for name, (low, high) in h.spans.items() if not np.isclose(low, high, rtol=1e-9, atol=0.0)]
     bounds = {field.name: field.metadata["bounds"] for field in h.effect.parameters()} if names else {}
     for name in names:
         spans = [other.spans[name] for other in hypotheses if other.key == h.key and name in other.spans]
@@ -83,9 +83,9 @@ def limits_of(search: Search, k: int) -> dict[str, Span]:
 
 
 def _first_step(h: Hypothesis, name: str) -> float:
-    """The distance to the nearer of the neighbouring values."""
+    """The distance to the nearer of the neighbouring values; one that differs by rounding is the value itself."""
     value = getattr(h.effect, name)[0]
-    return float(min(abs(value - end) for end in h.spans[name] if end != value))
+    return float(min(abs(value - end) for end in h.spans[name] if not np.isclose(end, value, rtol=1e-9, atol=0.0)))
 
 
 def _ends(h: Hypothesis, name: str, step: float) -> tuple[float, float]:

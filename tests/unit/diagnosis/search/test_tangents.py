@@ -8,7 +8,7 @@ import pytest
 from oscillations import by_scipy, columns, moved, with_oscillation
 
 from nnhydro.diagnosis.search.best_fit import fit_at
-from nnhydro.diagnosis.search.tangents import FINEST, limits_of, step_of, tangents_of
+from nnhydro.diagnosis.search.tangents import FINEST, _first_step, limits_of, step_of, tangents_of
 from nnhydro.diagnosis.search.values import values_of
 
 
@@ -34,6 +34,17 @@ def test_what_the_data_do_not_tell_may_lie_anywhere_between_its_limits():
 
 def test_a_value_lies_between_its_bounds_and_the_neighbours_of_all_that_was_tried():
     assert limits_of(with_oscillation((1.05, 0.6), (1.0, 0.5)), 0) == {"frequency": (0.1, 4.1), "damping": (0.0, 3.5)}
+
+
+def test_an_end_that_is_the_value_but_for_rounding_is_no_neighbour():
+    """A step of that size has the same value on both sides, and the difference quotient of it is no number."""
+    one = with_oscillation((1.05, 0.6), (1.05, 0.6))
+    h = one.view.library.hypotheses[0]
+    value = h.effect.frequency[0]
+    rounded = replace(h, spans=h.spans | {"frequency": (np.nextafter(value, 9.0), value + 0.5)})
+    assert _first_step(rounded, "frequency") == pytest.approx(0.5)
+    held = replace(h, spans=h.spans | {"frequency": (value, np.nextafter(value, 9.0))})
+    assert "frequency" not in limits_of(SimpleNamespace(view=SimpleNamespace(library=SimpleNamespace(hypotheses=[held]))), 0)
 
 
 def test_no_step_leads_beyond_what_was_tried():
