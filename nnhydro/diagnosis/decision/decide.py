@@ -1,7 +1,7 @@
 """The one place where a claim is decided: every candidate that came near gets a decision with its reason.
 
-A member k of the best set S is claimed if it passes six tests. Whether the error on held-out recordings falls is judged last, of all claims
-together (decision.withdrawal).
+A member k of the best set S is claimed if it passes five tests. Whether the error on held-out recordings falls is judged last, of all
+claims together (decision.withdrawal).
 
 1. Gain: its gain exceeds LEAST_GAIN, the gain of chance in this campaign, and the gain that an error in the form of a larger claim l makes:
        gain(S less k, S) > max(LEAST_GAIN, q99 + o_k, max_l max(FORM, 1 - p_l)^2 gain_l)
@@ -9,14 +9,13 @@ together (decision.withdrawal).
    If the card of l lists k as a possible confusion, FORM gain_l is required, except of the standard terms of a joint. A law that takes as
    much from the unknown as l, and leaves FORM of it at most, is exempt from both. A member without which other claims fail is one
    explanation with them: it need only be more probable than not, and all of them together gain LEAST_GAIN each.
-2. Unknown: the law replaces the unknown as a true law does (search.stepwise.admits).
-3. Values: one differs from 0 by PRECISE standard deviations, the interval of one that is reported excludes 0, and none lies beyond a
+2. Values: one differs from 0 by PRECISE standard deviations, the interval of one that is reported excludes 0, and none lies beyond a
    physical bound. A law that differs between recordings must gain more than mass, drag and added mass fitted to each recording alone.
    Of a wave, no other frequency explains more than LEAVES as much (decision.other_frequencies).
-4. Size: it moves the torque by RELEVANT of its rms, or explains FORM of the energy of what remains without it. In a part of the campaign
+3. Size: it moves the torque by RELEVANT of its rms, or explains FORM of the energy of what remains without it. In a part of the campaign
    it also moves FORM of the largest claim, whose error of form may show there.
-5. Catalogue: it is more probable than a similar cause outside the catalogue (decision.catalogue_probability).
-6. Possible: where most of the torque is that of drag or added mass beyond their bounds, these explain less, by LEAST_GAIN.
+4. Catalogue: it is more probable than a similar cause outside the catalogue (decision.catalogue_probability).
+5. Possible: where most of the torque is that of drag or added mass beyond their bounds, these explain less, by LEAST_GAIN.
 
 Members that fail leave the set, a special law for a plainer one of its cause, one with a value beyond a bound for a narrower form of
 itself, and the others are judged again: first the one least probably in the catalogue, then the one that gains least. One dismissed as the
@@ -231,7 +230,6 @@ def _judge(search: Search, now: ScoredSet, rest: ScoredSet, k: int, shares: Shar
         most = nats_of_parameters_per_recording(search, rest) if differs else 0.0
         yield gain, most, f"mass, drag and added mass fitted to each recording alone would gain more, {most:.1f} nats"
         yield listed_probability(search, now, k), LEAST_PROBABLE, IMPROBABLE
-        yield 1.0 if search.admits(rest, now) else 0.0, 0.5, "a smooth unknown law explains the residual as well"
         yield _gain_over_any_coefficients(search, rest, now), LEAST_GAIN, IMPOSSIBLE
 
     for statistic, needed, reason in tests():

@@ -4,7 +4,7 @@
 
 The knots lie so closely that the trajectory passes what lies below the band's upper edge and no more; where accelerations are measured
 they lie closer, and hold the corners of a motion. Where a channel is missing its sum is absent; of angles that are the integral of the
-rates, the mean alone counts. Rows are fewer than samples: accelerations
+rates, the mean alone counts. Carriage, base and water pass splines of their speeds. Rows are fewer than samples: accelerations
 are brought to them as torques are, by the cosines that the rows hold, since a corner that is sampled folds into the band.
 
 The band itself ends where the acceleration is no longer known:
@@ -17,20 +17,22 @@ because regressors that are noise bias every coefficient towards 0 by the ratio 
 Source: bias of errors in variables, Fuller (1987), section 1.1.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.recordings.filtering.cutoff import acceleration_density
-from nnhydro.recordings.filtering.low_pass import LowPass
-from nnhydro.recordings.filtering.preprocessing import Preparation, resample, stretches, surroundings
+from nnhydro.recordings.filtering.preprocessing import resample, stretches
 from nnhydro.recordings.filtering.spline import Channel, RegressionSplines
 from nnhydro.recordings.recording import Recording
 
 Array = NDArray[np.float64]
+RecordOfAcceleration = tuple[str, Array, int, tuple[Array | None, ...], int]
+SPEEDS = ("u0", "base", "current")  # of what carries the arm or flows about it
 KNOWN = 0.2  # noise to motion, in amplitude, at the band's edge: coefficients are biased by 4 % there and by less below
 LOWEST_EDGE, HIGHEST_EDGE = 0.3, 8.0  # Hz: above, corners of a motion are sharper than any record of them
 FEWEST_LINES = 6.0  # of the longest stretch, as many as LOWEST_EDGE leaves in 20 s: bands of long records end lower, of short ones higher
@@ -117,19 +119,27 @@ def _channel_noise(f: Array, dt: float, levels: tuple[Array | None, ...], joint:
     return np.zeros_like(f) if level is None else 2 * dt * level[joint] ** 2 * (2 * np.pi * f) ** power
 
 
-def _channels(part: Recording) -> list[tuple[str, Array, int, tuple[Array | None, ...], int]]:
+def _channels(part: Recording) -> list[RecordOfAcceleration]:
     """Every record of an acceleration: (name, values (n,), power of w, white levels of all records of it, column of these)."""
     joints = tuple(white_level(x) for x in (part.q, part.qd, part.qdd))
     measured = ((None if part.integrated else part.q, 4), (part.qd, 2), (part.qdd, 0))
-    found: list[tuple[str, Array, int, tuple[Array | None, ...], int]]
-    found = [(f"{power} {joint}", x[:, joint], power, joints, joint)
-             for x, power in measured if x is not None for joint in range(part.n_links)]
-    carriage = tuple(None if x is None else x[:, None] for x in (part.u0, part.du0))
-    for name, (speed, slope) in {"u": carriage, "base": (part.base, part.dbase), "water": (part.current, part.dcurrent)}.items():
-        levels = (None, white_level(speed), white_level(slope))
-        found += [(f"{power} {name} {column}", x[:, column], power, levels, column)
-                  for x, power in ((speed, 2), (slope, 0)) if x is not None for column in range(x.shape[1]) if x[:, column].any()]
-    return found
+    of_joints = [(f"{power} {joint}", x[:, joint], power, joints, joint)
+                 for x, power in measured if x is not None for joint in range(part.n_links)]
+    return of_joints + [record for name in SPEEDS for record in _slopes(part, name)]
+
+
+def _slopes(part: Recording, name: str) -> list[RecordOfAcceleration]:
+    """The records of the slope of the speed `name`, as `_channels` gives them."""
+    speed, slope = _speed(part, name)
+    levels = (None, white_level(speed), white_level(slope))
+    return [(f"{power} {name} {column}", x[:, column], power, levels, column)
+            for x, power in ((speed, 2), (slope, 0)) if x is not None for column in range(x.shape[1]) if x[:, column].any()]
+
+
+def _speed(r: Recording, name: str) -> tuple[Array | None, Array | None]:
+    """The speed `name` (n, c) of what carries the arm or flows about it, and its slope, as recorded."""
+    speed, slope = (None if x is None else x.reshape(len(r), -1) for x in (getattr(r, name), getattr(r, f"d{name}")))
+    return speed, slope
 
 
 def _plateau(motion: Array) -> float:
@@ -160,8 +170,12 @@ def _octaves_below(lines: float) -> float:
     return float(max(np.floor(np.log2(max(lines, 1.0))), 0.0))
 
 
-def known_edge(recordings: Iterable[Recording]) -> tuple[float, float, float]:
-    """Return the highest frequency, Hz, at which some acceleration is known to `KNOWN`, 0 for none, and the lowest and highest edge."""
+def known_edge(recordings: Iterable[Recording],
+               channels: Callable[[Recording], list[RecordOfAcceleration]] = _channels) -> tuple[float, float, float]:
+    """Return the highest frequency, Hz, at which some acceleration is known to `KNOWN`, 0 for none, and the lowest and highest edge.
+
+    `channels` gives the records of accelerations in a stretch.
+    """
     known = list(recordings)
     longest = max((float(recording.t[stop - 1] - recording.t[start]) for recording in known
                    for start, stop in stretches(recording, with_torque=False)), default=0.0)
@@ -176,7 +190,7 @@ def known_edge(recordings: Iterable[Recording]) -> tuple[float, float, float]:
             part = resample(recording.without_torque(), start, stop)
             dt = float(part.t[1] - part.t[0])
             nyquist = min(nyquist, 0.5 / dt)
-            for number, x, power, levels, column in _channels(part):
+            for number, x, power, levels, column in channels(part):
                 f, S = acceleration_density(x, dt, power)
                 N = np.maximum(_acceleration_noise(f, dt, levels, column), _channel_noise(f, dt, levels, column, power))
                 at = np.digitize(f, edges) - 1
@@ -210,14 +224,24 @@ def _weights(level: Array | None, floor: Array) -> Array:
 
 
 def _around(r: Recording, edge: float, at: Array) -> dict[str, Array]:
-    """How the base of `r` moves and turns and the water flows at the times `at` (n,) s, low-passed as the angles of any recording are."""
+    """How carriage and base of `r` move, the base turns and the water flows at the times `at` (n,) s: heading (n,), the others (n, c).
+
+    Water is measured at one point, and turbulence there is not that along the arm: what does not stand clear of the noise is left out.
+    """
     from scipy.interpolate import make_interp_spline
 
-    if r.base is None and r.heading is None and r.current is None:
-        return {}
-    found: dict[str, Any] = surroundings(r, Preparation(LowPass(edge)))
-    return {name: np.asarray(make_interp_spline(r.t, x, k=3)(at)) for name, x in found.items()
-            if x is not None and name not in ("u0", "du0")}
+    t = np.asarray(r.t)
+    found = {} if r.heading is None else {"heading": np.asarray(make_interp_spline(t, r.heading, k=3)(at))}
+    for name in SPEEDS:
+        speed, slope = _speed(r, name)
+        if speed is None:
+            continue
+        clear = max(known_edge([r], partial(_slopes, name=name))[:2]) if name == "current" else edge
+        floor = 1e-7 * np.maximum(np.ptp(speed, axis=0), 1e-6)
+        channels = [(order, x, _weights(white_level(x), floor)) for order, x in enumerate((speed, slope)) if x is not None]
+        spline = RegressionSplines.of(t, min(edge, clear), [order for order, *_ in channels]).through(channels)
+        found[name], found[f"d{name}"] = spline(at), band_limited(spline.derivative(1)(t), len(at))
+    return found
 
 
 def _left_of_noise(r: Recording, channels: Sequence[Channel], splines: RegressionSplines) -> Any:
@@ -249,14 +273,10 @@ def trajectory(r: Recording, edge: float, rows: int) -> Trajectory:
     noise = _left_of_noise(r, channels, splines)
     left = np.stack([noise(at), noise.derivative(1)(at), slope(noise)]).reshape(3, rows, NOISE_DRAWS, r.n_links)
     moving = q.derivative(1)(at).any(axis=0)
-    u0 = du0 = np.zeros(rows)
-    if r.u0 is not None:
-        carriage = [(order, x[:, None], _weights(white_level(x[:, None]), np.array([1e-7 * max(np.ptp(r.u0), 1e-6)])))
-                    for order, x in ((0, r.u0), (1, r.du0)) if x is not None]
-        u = RegressionSplines.of(t, edge, [order for order, *_ in carriage]).through(carriage)
-        u0, du0 = u(at)[:, 0], band_limited(u.derivative(1)(t), rows)[:, 0]
+    around = _around(r, edge, at)
+    u0, du0 = (around.pop(name, np.zeros((rows, 1)))[:, 0] for name in ("u0", "du0"))
     others = None
     if r.qdd is not None:
         others = np.stack([band_limited(r.qdd, rows), slope(RegressionSplines.of(t, edge, orders[:-1]).through(channels[:-1]))])
-    return Trajectory(at, q(at), q.derivative(1)(at), slope(q), u0, du0, _around(r, edge, at), others,
+    return Trajectory(at, q(at), q.derivative(1)(at), slope(q), u0, du0, around, others,
                       np.where(moving, left.transpose(2, 0, 1, 3), 0.0))

@@ -174,6 +174,20 @@ def test_a_carriage_of_constant_speed_does_not_accelerate():
     assert made.u0 == pytest.approx(speed.mean())
 
 
+def test_the_noise_of_a_current_meter_does_not_accelerate_the_water():
+    r, _ = moved(seconds=20.0)
+    noise = 0.004 * np.random.default_rng(2).standard_normal((len(r), 2))
+    steady = trajectory(replace(r, current=np.array([0.11, -0.05]) + noise), EDGE, len(r)).around
+    assert not steady["dcurrent"].any()
+    assert steady["current"][0] == pytest.approx(np.array([0.11, -0.05]) + noise.mean(axis=0))
+    tide = 0.3 * np.sin(np.pi * r.t)[:, None] * np.array([1.0, -0.5])
+    follows = trajectory(replace(r, current=tide + noise), EDGE, len(r)).around
+    inside = slice(100, -100)
+    assert rms((follows["current"] - tide)[inside]) < 0.002
+    exact = 0.3 * np.pi * np.cos(np.pi * r.t)[:, None] * np.array([1.0, -0.5])
+    assert rms((follows["dcurrent"] - exact)[inside]) < 0.03 * rms(exact)
+
+
 @pytest.mark.parametrize("channels", ["q", "qv", "qva"])
 def test_what_is_left_of_the_noise_is_as_large_as_what_noise_of_the_records_makes_of_the_trajectory(channels):
     recorded = [moved(channels=channels, noise=NOISE, given=seed)[0] for seed in range(6)]
