@@ -180,6 +180,11 @@ def judged_ways(campaign: Campaign, how: Preparation) -> list[WayFit]:
     return sorted(found, key=lambda way: -way.likelihood)
 
 
+def obeyed(ways: list[WayFit]) -> bool:
+    """Return whether the physics explains the torques, and no other of the judged `ways` is likelier than the columns as recorded."""
+    return bool(ways) and ways[0].way.changes == 0 and ways[0].error < EXPLAINS
+
+
 def _source(channel: str, joint: int, column: int, sign: int, arm: Arm) -> str:
     """The line of columns.yaml that gives `joint` (from 0) the column of another, or its negative."""
     ours, theirs = arm.column(channel, joint + 1), arm.column(channel, column + 1)
