@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from nnhydro.fitting.absolute_angles import absolute_angles
-from nnhydro.fitting.channel_order import SURE, Assignment, WayFit, channel_order, columns_of, judge, judged_ways, material, obeyed
+from nnhydro.fitting.channel_order import SURE, Assignment, WayFit, channel_order, columns_of, judge, judged_ways, material, physics_agrees
 from nnhydro.fitting.mixed_units import mixed_units
 from nnhydro.physics.threads import one_thread
 from nnhydro.recordings.arm import Arm
@@ -20,6 +20,7 @@ from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.checks.oddity import Oddity
 from nnhydro.recordings.checks.reading import Reading
 from nnhydro.recordings.filtering.preprocessing import Preparation
+from nnhydro.recordings.readers.map_line import map_line, place
 from nnhydro.recordings.readers.units import TARGETS, UNITS
 from nnhydro.recordings.survey import Survey, survey
 from nnhydro.runtime.workers import HERE, Workers
@@ -52,7 +53,8 @@ def judged_units(campaign: Campaign, how: Preparation) -> dict[str, WayFit]:
 def torque_unit(campaign: Campaign, how: Preparation) -> Oddity | None:
     """Return which unit the torques seem to have, with the line that maps it; None where N m will do or the user has stated a unit."""
     name = campaign.arm.column("tau", 1)
-    if name in campaign.load(campaign.names[0]).origin.stated:
+    origin = campaign.load(campaign.names[0]).origin
+    if name in origin.stated:
         return None
     found = judged_units(campaign, how)
     if not found:
@@ -66,9 +68,9 @@ def torque_unit(campaign: Campaign, how: Preparation) -> Oddity | None:
     what = (f"seem to be in {' or '.join([unit, *alike])}: so read, the physics of this arm leaves {best.error:.0%} of the torque, as "
             f"recorded {here.error:.0%}")
     names = [campaign.arm.column("tau", joint + 1) for joint in range(campaign.arm.n_links)]
-    lines = ", ".join(f"'{name}: {{from: {name}, unit: {unit}}}'" for name in names)
+    lines = ", ".join(f"'{map_line(origin, name, unit=unit)}'" for name in names)
     mapped = "it" if len(names) == 1 else "every joint on a line of its own"
-    remedy = f"is the unit right, or is it a motor's before its gear? Map {mapped}, {lines} in columns.yaml or --map FILE"
+    remedy = f"is the unit right, or is it a motor's before its gear? Map {mapped}, {lines} {place(origin, names)}"
     return Oddity(None, "warning", ", ".join(names), campaign.arm.text(what), remedy, "torque_unit")
 
 
@@ -112,7 +114,7 @@ def survey_with_physics(campaign: Campaign, cutoff_hz: float | None = None, work
     mixed = mixed_units(campaign, found.how)
     ways = [] if mixed else judged_ways(campaign, found.how)
     oddity = mixed or physical_oddity(campaign, found.how, ways)
-    replaced = "torque_sign" if obeyed(ways) or (oddity is not None and oddity.check == "channel_order") else ""
+    replaced = "torque_sign" if physics_agrees(ways) or (oddity is not None and oddity.check == "channel_order") else ""
     rest = tuple(oddity for oddity in found.oddities if oddity.check != replaced)
     at = sum(oddity.severity == "error" for oddity in rest)
     return replace(found, oddities=(*rest[:at], *([oddity] if oddity else []), *rest[at:]))

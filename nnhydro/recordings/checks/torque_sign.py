@@ -16,12 +16,13 @@ from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.checks.oddity import CampaignCheck, Oddity, TableCheck, check
 from nnhydro.recordings.checks.reading import Array, Reading
 from nnhydro.recordings.filtering.preprocessing import Preparation
+from nnhydro.recordings.readers.map_line import mapping_text
 from nnhydro.recordings.recording import SteadyTable
 
 MOVED = 0.05  # rad
 NEGATIVE = -0.25  # work / sum of its moduli; a healthy arm has 0.5 to 1
 OFTEN = 0.7  # share of recordings that must agree before a drive is accused
-REMEDY = "positive is what the drive exerts along +q; map it, '%s: {from: %s, sign: -1}' in columns.yaml or --map FILE"
+REMEDY = "positive is what the drive exerts along +q; map it"
 
 
 def motor_angles(q: Array, arm: Arm) -> Array:
@@ -78,7 +79,7 @@ class TorqueSign(CampaignCheck):
 
     id = "torque_sign"
     looks_for = "drives that gain energy from still water"
-    remedy = REMEDY % ("tau1_Nm", "tau1_Nm")
+    remedy = REMEDY
 
     def find(self, campaign: Campaign, how: Preparation) -> Iterator[Oddity]:
         """Yield one finding for each drive that gives negative work, where the sum over all drives is negative."""
@@ -91,12 +92,13 @@ class TorqueSign(CampaignCheck):
         if pooled[links] >= NEGATIVE or together.mean() < OFTEN:
             return
         guilty = [joint for joint in range(links) if pooled[joint] < NEGATIVE] or [int(np.argmin(pooled[:links]))]
+        origin = campaign.load(campaign.names[0]).origin
         for joint in guilty:
             name = campaign.arm.column("tau", joint + 1)
             gains = f"drive {joint + 1} gains" if links == 1 else "the drives together gain"
             what = (f"{gains} energy from the water ({pooled[links]:+.0%} of the work exchanged, in {together.sum()} of {len(found)} "
                     f"recordings): {'' if links == 1 else f'drive {joint + 1} has '}probably the wrong sign")
-            yield Oddity(None, "warning", name, what, REMEDY % (name, name))
+            yield Oddity(None, "warning", name, what, f"{REMEDY}, {mapping_text(origin, name, sign=-1)}")
 
 
 @check
@@ -105,8 +107,7 @@ class TorqueSignInTable(TableCheck):
 
     id = "torque_sign_in_table"
     looks_for = "steady runs whose outermost torque pushes with the water instead of against it"
-    remedy = ("positive is what the drive exerts along +q; map it, 'steady: {tau1_Nm: {from: tau1_Nm, sign: -1}}' in columns.yaml or "
-              "--map FILE")
+    remedy = REMEDY
 
     def find(self, table: SteadyTable, arm: Arm) -> Iterator[Oddity]:
         """Yield a finding where the outermost torque opposes the sign of the normal speed of its link in most runs."""
@@ -119,4 +120,4 @@ class TorqueSignInTable(TableCheck):
         if total > 0 and pieces.sum() / total < NEGATIVE:
             name = arm.column("tau", arm.n_links)
             what = f"pushes with the water in {(pieces < 0).mean():.0%} of the runs: probably the wrong sign"
-            yield Oddity(table.name, "warning", name, what, self.remedy.replace("tau1_Nm", name))
+            yield Oddity(table.name, "warning", name, what, f"{REMEDY}, {mapping_text(table.origin, name, True, sign=-1)}")
