@@ -214,12 +214,22 @@ def verify_campaign(root: Path, column_map: Path | None = None) -> Campaign:
     return campaign
 
 
-def inner_campaigns(root: Path) -> tuple[Path, ...]:
-    """Return the folders of the campaigns inside `root`, in order; none where `root` is a campaign itself."""
+def _subfolders(root: Path) -> tuple[Path, ...]:
+    """The visible folders inside `root`, in order; none where `root` is a campaign itself."""
     if not root.is_dir() or arm_file(root) is not None:
         return ()
-    folders = (path for path in root.iterdir() if path.is_dir() and not (path.name.startswith(".") or is_system_file(path.name)))
-    return tuple(sorted(path for path in folders if arm_file(path) is not None))
+    return tuple(sorted(path for path in root.iterdir() if path.is_dir() and not (path.name.startswith(".") or is_system_file(path.name))))
+
+
+def folders_without_arm(root: Path) -> tuple[str, ...]:
+    """Return the names of the folders beside the campaigns inside `root` that are none; empty where `root` holds no campaigns."""
+    names = tuple(path.name for path in _subfolders(root) if arm_file(path) is None)
+    return names if inner_campaigns(root) else ()
+
+
+def inner_campaigns(root: Path) -> tuple[Path, ...]:
+    """Return the folders of the campaigns inside `root`, in order; none where `root` is a campaign itself."""
+    return tuple(path for path in _subfolders(root) if arm_file(path) is not None)
 
 
 def open_campaigns(root: Path, column_map: Path | None = None) -> tuple[Campaign, ...]:

@@ -12,7 +12,7 @@ from rigs import arm
 from nnhydro.cli.main import run
 from nnhydro.errors import CampaignError, RecordingError
 from nnhydro.recordings.arm import read_arm
-from nnhydro.recordings.campaign import Campaign, open_campaign, open_campaigns
+from nnhydro.recordings.campaign import Campaign, folders_without_arm, open_campaign, open_campaigns
 from nnhydro.recordings.readers import files as readers
 from nnhydro.recordings.readers.files import read_recording
 
@@ -69,6 +69,8 @@ def test_a_folder_of_campaigns_is_opened_as_several(tmp_path: Path):
     (tmp_path / "notes").mkdir()
     assert [c.root.name for c in open_campaigns(tmp_path) if c.root] == ["a", "b"]
     assert len(open_campaigns(tmp_path / "a")) == 1
+    assert folders_without_arm(tmp_path) == ("notes",)
+    assert folders_without_arm(tmp_path / "a") == ()
 
 
 def test_hidden_files_are_passed_over_and_links_are_harmless(tmp_path: Path):
