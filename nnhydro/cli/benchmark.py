@@ -29,7 +29,7 @@ def benchmark(
 
     Every model is fitted to some recordings and tested on the others; the protocol says which are held out.
     """
-    from nnhydro.cli.terminal.output import print_benchmark
+    from nnhydro.cli.terminal.output import note_folders_without_arm, print_benchmark
     from nnhydro.cli.terminal.progress import steps_on_screen
     from nnhydro.evaluation.benchmark import BenchmarkOptions
     from nnhydro.evaluation.entries import default_names
@@ -48,6 +48,7 @@ def benchmark(
     chosen = chosen.model_copy(update={key: value for key, value in given.items() if value is not None})
     names = [name.strip() for name in models.split(",") if name.strip()]
     campaigns = open_campaigns(campaign, column_map)
+    note_folders_without_arm(campaign)
     for opened in campaigns:
         opened.verify()
     unusable = [warn_of_errors(opened) for opened in campaigns]

@@ -4,7 +4,20 @@ from pathlib import Path
 
 import typer
 
-from nnhydro.cli.terminal.output import BACKEND, CUTOFF, JOBS, JSON, MAP, QUIET, SCHEDULER, emit, say, shell_words
+from nnhydro.cli.terminal.output import (
+    BACKEND,
+    CUTOFF,
+    JOBS,
+    JSON,
+    MAP,
+    QUIET,
+    SCHEDULER,
+    conclude,
+    emit,
+    note_folders_without_arm,
+    say,
+    shell_words,
+)
 
 
 def check(
@@ -26,15 +39,17 @@ def check(
     from nnhydro.fitting.physical_survey import survey_with_physics
     from nnhydro.recordings.campaign import open_campaigns
     from nnhydro.recordings.checks.oddity import merge_kinds
-    from nnhydro.report.survey_table import document
+    from nnhydro.report.survey_table import document, verdict_of_all
     from nnhydro.runtime.workers import Workers
 
     require(cutoff is None or 0 < cutoff < 1e6, f"--cutoff {cutoff}: give a positive frequency in Hz", ConfigError)
     workers = Workers(jobs, backend, scheduler)
-    documents, failed = [], []
+    documents, failed, surveys = [], [], {}
     campaigns = open_campaigns(campaign, column_map)
+    note_folders_without_arm(campaign)
     for opened in campaigns:
         found, name = survey_with_physics(opened, cutoff, workers), str(opened.root)
+        surveys[opened.root.name if opened.root else name] = found
         failed += [f"{name}: {kind[0].message}" for kind in merge_kinds(found.errors)]
         if json:
             documents.append(document(found, name))
@@ -42,6 +57,9 @@ def check(
         if len(campaigns) > 1:
             say(f"== {opened.arm.name} ({name})")
         print_survey(found, shell_words(name, column_map))
+    if not json and len(campaigns) > 1:
+        say()
+        conclude(verdict_of_all(surveys))
     if json:
         emit(documents[0] if len(documents) == 1 else {"campaigns": documents})
     if failed:

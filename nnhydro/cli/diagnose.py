@@ -16,6 +16,7 @@ from nnhydro.cli.terminal.output import (
     conclude,
     emit,
     note,
+    note_folders_without_arm,
     say,
     shell_words,
     show,
@@ -158,6 +159,7 @@ def diagnose(
     if inside:
         from nnhydro.report.diagnosis.batch import DiagnosisRequest
 
+        note_folders_without_arm(campaign)
         _many([DiagnosisRequest(inner, out / inner.name, options, effects, column_map) for inner in inside], workers, json)
         return
     check_folder(out, RESULT)

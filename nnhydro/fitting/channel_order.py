@@ -30,6 +30,8 @@ from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.checks.oddity import Oddity
 from nnhydro.recordings.filtering.preprocessing import Preparation
+from nnhydro.recordings.readers.map_line import map_line, place
+from nnhydro.recordings.recording import Origin
 from nnhydro.recordings.segment import Segment
 
 Array = NDArray[np.float64]
@@ -180,19 +182,21 @@ def judged_ways(campaign: Campaign, how: Preparation) -> list[WayFit]:
     return sorted(found, key=lambda way: -way.likelihood)
 
 
-def _source(channel: str, joint: int, column: int, sign: int, arm: Arm) -> str:
-    """The line of columns.yaml that gives `joint` (from 0) the column of another, or its negative."""
-    ours, theirs = arm.column(channel, joint + 1), arm.column(channel, column + 1)
-    return f"{ours}: {theirs}" if sign > 0 else f"{ours}: {{from: {theirs}, sign: -1}}"
+def physics_agrees(ways: list[WayFit]) -> bool:
+    """Return whether the physics explains the torques, and no other of the judged `ways` is likelier than the columns as recorded."""
+    return bool(ways) and ways[0].way.changes == 0 and ways[0].error < EXPLAINS
 
 
-def _lines(way: Assignment, arm: Arm, given: set[str]) -> list[str]:
-    lines = []
+def _lines(way: Assignment, arm: Arm, origin: Origin, given: set[str]) -> dict[str, str]:
+    """The lines of columns.yaml by the channel that each mends: a joint takes the column of another, or a negative."""
+    lines = {}
     for joint in range(arm.n_links):
         for channels, column, sign in ((("q", "qd", "qdd"), way.angles[joint], way.angle_signs[joint]),
                                        (("tau",), way.torques[joint], way.torque_signs[joint])):
-            if column != joint or sign < 0:
-                lines += [_source(channel, joint, column, sign, arm) for channel in channels if channel in ("q", "tau") or channel in given]
+            for channel in channels if column != joint or sign < 0 else ():
+                if channel in ("q", "tau") or channel in given:
+                    ours, theirs = arm.column(channel, joint + 1), arm.column(channel, column + 1)
+                    lines[ours] = map_line(origin, ours, theirs, sign=sign)
     return lines
 
 
@@ -224,10 +228,10 @@ def channel_order(campaign: Campaign, how: Preparation, ways: list[WayFit] | Non
         return None
     first = campaign.load(campaign.names[0])
     given = {name for name in ("qd", "qdd") if getattr(first, name) is not None}
-    lines = _lines(best.way, campaign.arm, given)
+    lines = _lines(best.way, campaign.arm, first.origin, given)
     odds = float(np.exp(min(best.likelihood - here.likelihood, np.log(CERTAIN))))
     much = "more than " if odds >= CERTAIN else ""
     what = campaign.arm.text(f"{_complaint(best.way, campaign.arm)}: so read, the physics leaves {best.error:.0%} of the torque, "
                              f"as recorded {here.error:.0%} (odds {much}{odds:.0f} to 1)")
-    remedy = "all of these lines together under 'columns:' in columns.yaml or --map FILE: " + "; ".join(lines)
-    return Oddity(None, "warning", ", ".join(line.partition(":")[0] for line in lines), what, remedy, "channel_order")
+    remedy = f"all of these lines together under 'columns:' {place(first.origin, lines)}: {'; '.join(lines.values())}"
+    return Oddity(None, "warning", ", ".join(lines), what, remedy, "channel_order")

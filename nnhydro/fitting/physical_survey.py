@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from nnhydro.fitting.absolute_angles import absolute_angles
-from nnhydro.fitting.channel_order import SURE, Assignment, WayFit, channel_order, columns_of, judge, judged_ways, material
+from nnhydro.fitting.channel_order import SURE, Assignment, WayFit, channel_order, columns_of, judge, judged_ways, material, physics_agrees
 from nnhydro.fitting.mixed_units import mixed_units
 from nnhydro.physics.threads import one_thread
 from nnhydro.recordings.arm import Arm
@@ -20,6 +20,7 @@ from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.checks.oddity import Oddity
 from nnhydro.recordings.checks.reading import Reading
 from nnhydro.recordings.filtering.preprocessing import Preparation
+from nnhydro.recordings.readers.map_line import map_line, place
 from nnhydro.recordings.readers.units import TARGETS, UNITS
 from nnhydro.recordings.survey import Survey, survey
 from nnhydro.runtime.workers import HERE, Workers
@@ -52,7 +53,8 @@ def judged_units(campaign: Campaign, how: Preparation) -> dict[str, WayFit]:
 def torque_unit(campaign: Campaign, how: Preparation) -> Oddity | None:
     """Return which unit the torques seem to have, with the line that maps it; None where N m will do or the user has stated a unit."""
     name = campaign.arm.column("tau", 1)
-    if name in campaign.load(campaign.names[0]).origin.stated:
+    origin = campaign.load(campaign.names[0]).origin
+    if name in origin.stated:
         return None
     found = judged_units(campaign, how)
     if not found:
@@ -66,9 +68,9 @@ def torque_unit(campaign: Campaign, how: Preparation) -> Oddity | None:
     what = (f"seem to be in {' or '.join([unit, *alike])}: so read, the physics of this arm leaves {best.error:.0%} of the torque, as "
             f"recorded {here.error:.0%}")
     names = [campaign.arm.column("tau", joint + 1) for joint in range(campaign.arm.n_links)]
-    lines = ", ".join(f"'{name}: {{from: {name}, unit: {unit}}}'" for name in names)
+    lines = ", ".join(f"'{map_line(origin, name, unit=unit)}'" for name in names)
     mapped = "it" if len(names) == 1 else "every joint on a line of its own"
-    remedy = f"is the unit right, or is it a motor's before its gear? Map {mapped}, {lines} in columns.yaml or --map FILE"
+    remedy = f"is the unit right, or is it a motor's before its gear? Map {mapped}, {lines} {place(origin, names)}"
     return Oddity(None, "warning", ", ".join(names), campaign.arm.text(what), remedy, "torque_unit")
 
 
@@ -92,12 +94,8 @@ def unexplained_torque(campaign: Campaign, ways: list[WayFit]) -> Oddity | None:
                   "Plot both against time; check masses and fluid in arm.yaml, too", "unexplained_torque")
 
 
-def physical_oddity(campaign: Campaign, how: Preparation) -> Oddity | None:
-    """Return what physics finds wrong with the channels, the first of its kinds; None where all agrees."""
-    mixed = mixed_units(campaign, how)
-    if mixed is not None:
-        return mixed
-    ways = judged_ways(campaign, how)
+def physical_oddity(campaign: Campaign, how: Preparation, ways: list[WayFit]) -> Oddity | None:
+    """Return what physics finds wrong with the channels of which `ways` to read were judged, the first of its kinds; None for nothing."""
     if not ways:
         return None
     return (absolute_angles(campaign, how, ways) or channel_order(campaign, how, ways) or torque_unit(campaign, how)
@@ -107,16 +105,16 @@ def physical_oddity(campaign: Campaign, how: Preparation) -> Oddity | None:
 def survey_with_physics(campaign: Campaign, cutoff_hz: float | None = None, workers: Workers = HERE) -> Survey:
     """Return the survey of a campaign with signs and order of the channels, and the unit of the torques, held against the physics.
 
-    What that says of the torques' signs replaces what work alone says, joint by joint. Of rates that are not those of the angles, of wild
-    values and of channels that are dead, physics says nothing: these are to be mended first.
+    What that says of the torques' signs, wrong or right, replaces what work alone says. Of rates that are not those of the angles, of
+    wild values and of channels that are dead, physics says nothing: these are to be mended first.
     """
     found = survey(campaign, cutoff_hz, workers)
     if found.how is None or not campaign.names or any(oddity.check in FIRST and oddity.severity == "warning" for oddity in found.oddities):
         return found
-    oddity = physical_oddity(campaign, found.how)
-    if oddity is None:
-        return found
-    replaced = "torque_sign" if oddity.check == "channel_order" else ""
+    mixed = mixed_units(campaign, found.how)
+    ways = [] if mixed else judged_ways(campaign, found.how)
+    oddity = mixed or physical_oddity(campaign, found.how, ways)
+    replaced = "torque_sign" if physics_agrees(ways) or (oddity is not None and oddity.check == "channel_order") else ""
     rest = tuple(oddity for oddity in found.oddities if oddity.check != replaced)
     at = sum(oddity.severity == "error" for oddity in rest)
-    return replace(found, oddities=(*rest[:at], oddity, *rest[at:]))
+    return replace(found, oddities=(*rest[:at], *([oddity] if oddity else []), *rest[at:]))

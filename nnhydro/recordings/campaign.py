@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
+from textwrap import shorten
 from typing import Any, TypeVar, final
 
 from nnhydro.errors import CampaignError, RecordingError, count_text
@@ -20,7 +21,7 @@ from nnhydro.runtime.stamp import ARM_FILES, is_system_file
 T = TypeVar("T")
 R = TypeVar("R")
 
-SHORT, MOST = 60, 6  # characters of a further message, messages that are listed
+SHORT, MOST, NAMED = 60, 5, 3  # characters of a further complaint, complaints and files of each that are listed
 CACHED_SAMPLES = 500_000  # about 60 MB: recordings beyond that are read again from disk when they are needed again
 
 
@@ -119,11 +120,21 @@ class Campaign:
         return digest.hexdigest()
 
 
-def _short(line: str) -> str:
-    """The beginning of a message, without the folders of the path that it names."""
-    where, _, what = line.partition(": ")
-    bare = f"{where.rpartition('/')[2]}: {what}"
-    return bare if len(bare) <= SHORT else f"{bare[:SHORT]} ..."
+def _first_names(names: Sequence[str], most: int) -> str:
+    """The first names, and how many more there are."""
+    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
+
+
+def _others(wrong: Sequence[str]) -> str:
+    """What the messages after the first say: files with one complaint together, and the beginning of each complaint but the first."""
+    groups: dict[str, list[str]] = {}
+    for line in wrong:
+        where, _, what = line.partition(": ")
+        groups.setdefault(what, []).append(where.rpartition("/")[2])
+    (_, first), *rest = groups.items()
+    parts = [f"the same in {_first_names(first[1:], NAMED)}"] if len(first) > 1 else []
+    parts += [f"{_first_names(files, NAMED)}: {shorten(what, SHORT, placeholder=' ...')}" for what, files in rest[:MOST]]
+    return "; ".join([*parts, *(["..."] if len(rest) > MOST else [])])
 
 
 def every_one(names: Sequence[T], load: Callable[[T], R]) -> list[R]:
@@ -135,9 +146,8 @@ def every_one(names: Sequence[T], load: Callable[[T], R]) -> list[R]:
         except RecordingError as cause:
             wrong.append(str(cause))
     if wrong:
-        more = f" (and {len(wrong) - 1} more of {len(names)} files: {'; '.join(_short(line) for line in wrong[1:MOST])}"
-        more += f"{'; ...' if len(wrong) > MOST else ''})"
-        raise RecordingError(wrong[0] + (more if len(wrong) > 1 else ""))
+        more = f" (and {len(wrong) - 1} more of {len(names)} files: {_others(wrong)})" if len(wrong) > 1 else ""
+        raise RecordingError(wrong[0] + more)
     return found
 
 
@@ -214,12 +224,22 @@ def verify_campaign(root: Path, column_map: Path | None = None) -> Campaign:
     return campaign
 
 
-def inner_campaigns(root: Path) -> tuple[Path, ...]:
-    """Return the folders of the campaigns inside `root`, in order; none where `root` is a campaign itself."""
+def _subfolders(root: Path) -> tuple[Path, ...]:
+    """The visible folders inside `root`, in order; none where `root` is a campaign itself."""
     if not root.is_dir() or arm_file(root) is not None:
         return ()
-    folders = (path for path in root.iterdir() if path.is_dir() and not (path.name.startswith(".") or is_system_file(path.name)))
-    return tuple(sorted(path for path in folders if arm_file(path) is not None))
+    return tuple(sorted(path for path in root.iterdir() if path.is_dir() and not (path.name.startswith(".") or is_system_file(path.name))))
+
+
+def folders_without_arm(root: Path) -> tuple[str, ...]:
+    """Return the names of the folders beside the campaigns inside `root` that are none; empty where `root` holds no campaigns."""
+    names = tuple(path.name for path in _subfolders(root) if arm_file(path) is None)
+    return names if inner_campaigns(root) else ()
+
+
+def inner_campaigns(root: Path) -> tuple[Path, ...]:
+    """Return the folders of the campaigns inside `root`, in order; none where `root` is a campaign itself."""
+    return tuple(path for path in _subfolders(root) if arm_file(path) is not None)
 
 
 def open_campaigns(root: Path, column_map: Path | None = None) -> tuple[Campaign, ...]:

@@ -1,7 +1,8 @@
 """What one file holds: a recording (a run of the arm against time) or a steady table (one row per run)."""
 
-from dataclasses import dataclass, fields, replace
-from typing import final
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,12 +19,12 @@ MOTION = ("q", "qd", "qdd", *SURROUNDINGS)
 
 def _freeze(instance: object) -> None:
     """Replace every array of a frozen dataclass by an own, read-only float64 copy."""
-    for field in fields(instance):  # type: ignore[arg-type]
-        value = getattr(instance, field.name)
+    for each in fields(instance):  # type: ignore[arg-type]
+        value = getattr(instance, each.name)
         if isinstance(value, np.ndarray) and value.dtype != bool:
             frozen = np.array(value, dtype=float)
             frozen.setflags(write=False)
-            object.__setattr__(instance, field.name, frozen)
+            object.__setattr__(instance, each.name, frozen)
 
 
 def _require_shapes(name: str, shape: tuple[int, int], **channels: Array | None) -> None:
@@ -42,6 +43,7 @@ class Origin:
     reader: str = "memory"
     unused: tuple[str, ...] = ()
     stated: tuple[str, ...] = ()  # columns whose unit the user stated: taken as given, not guessed at
+    mapped: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # by channel, what the column mapping says of it
 
 
 @final

@@ -1,5 +1,6 @@
 """Look a whole campaign over: what was given, what is derived, what is odd, and how the arm meets the water."""
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import final
@@ -130,6 +131,7 @@ class _RecordingFacts:
 
     entry: Entry
     oddities: tuple[Oddity, ...]
+    at_zero: tuple[str, ...]  # columns that are 0 throughout
     top: Array
     stroke: Array
 
@@ -147,7 +149,7 @@ def _look_over(campaign: Campaign, name: str) -> _RecordingFacts:
         for link, dt, w in _tips(campaign.arm, reading):
             top[link] = max(top[link], float(np.percentile(np.abs(w), 99.5)))
             stroke[link] = max(stroke[link], _stroke(dt, w))
-    return _RecordingFacts(entry(reading), found, top, stroke)
+    return _RecordingFacts(entry(reading), found, reading.at_zero, top, stroke)
 
 
 def _some_seen(campaign: Campaign, names: tuple[str, ...]) -> list[_RecordingFacts]:
@@ -187,8 +189,12 @@ def oddities_of(recording: Recording, arm: Arm) -> list[str]:
 def errors_of(campaign: Campaign) -> list[str]:
     """Return what makes the arm or some of the recordings unusable, a line a kind; of many recordings `LOOKED_AT` are looked at."""
     names = campaign.names[::-(-len(campaign.names) // LOOKED_AT) or 1]
-    of_recordings = (oddity for name in names for oddity in _of_recording(Reading.of(campaign.load(name), campaign.arm)))
-    found = [*_of_arm_and_tables(campaign.arm, campaign.steady), *for_some(of_recordings, len(names))]
+    of_recordings, at_zero = list[Oddity](), Counter[str]()
+    for name in names:
+        reading = Reading.of(campaign.load(name), campaign.arm)
+        of_recordings += _of_recording(reading)
+        at_zero.update(reading.at_zero)
+    found = [*_of_arm_and_tables(campaign.arm, campaign.steady), *for_some(of_recordings, len(names), at_zero)]
     return [campaign.arm.text(kind[0].message) for kind in merge_kinds(oddity for oddity in found if oddity.severity == "error")]
 
 
@@ -198,7 +204,8 @@ def survey(campaign: Campaign, cutoff_hz: float | None = None, workers: Workers 
     every_one(campaign.names, campaign.load)
     batches = [campaign.names[k:k + BATCH] for k in range(0, len(campaign.names), BATCH)]
     seen = [facts for some in spread(_some_seen, [(campaign, batch) for batch in batches], workers) for facts in some]
-    found = for_some((oddity for facts in seen for oddity in facts.oddities), len(seen))
+    at_zero = Counter(name for facts in seen for name in facts.at_zero)
+    found = for_some((oddity for facts in seen for oddity in facts.oddities), len(seen), at_zero)
     found += _of_arm_and_tables(campaign.arm, campaign.steady)
     how, floor, links = None, None, tuple[LinkFacts, ...]()
     if not any(oddity.severity == "error" for oddity in found):

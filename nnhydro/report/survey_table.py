@@ -1,6 +1,7 @@
 """The survey of a campaign as sheets: the recordings, what is odd, the arm; and its verdict."""
 
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import asdict
 from math import isfinite
 from typing import Any
@@ -8,6 +9,8 @@ from typing import Any
 from nnhydro.recordings.checks.oddity import merge_kinds
 from nnhydro.recordings.survey import Survey
 from nnhydro.sheet import Column, Sheet
+
+SHOWN = 6  # names in a list
 
 
 def plural(count: int, word: str) -> str:
@@ -61,6 +64,17 @@ def verdict(found: Survey) -> str:
                 f"{'they affect' if many else 'it affects'} every fit.")
     notes = f" ({plural(count['note'], 'note')})" if count["note"] else ""
     return f"Usable: nothing looks wrong{notes}."
+
+
+def verdict_of_all(found: Mapping[str, Survey]) -> str:
+    """Return the one sentence that sums up several campaigns, by their names: which can be used, and where to look."""
+    groups: dict[str, list[str]] = {"not usable": [], "with warnings": [], "usable, where nothing looks wrong": []}
+    for name, each in found.items():
+        warned = any(oddity.severity == "warning" for oddity in each.oddities)
+        groups["not usable" if each.errors else "with warnings" if warned else "usable, where nothing looks wrong"].append(name)
+    parts = [f"{len(names)} {what} ({', '.join(names[:SHOWN])}{', ...' if len(names) > SHOWN else ''})" for what, names in groups.items()
+             if names]
+    return f"{plural(len(found), 'campaign')}: {'; '.join(parts)}."
 
 
 def document(found: Survey, campaign: str) -> dict[str, Any]:

@@ -103,6 +103,22 @@ def test_a_folder_of_campaigns_is_checked_arm_by_arm(tmp_path: Path, capsys):
     assert [c["usable"] for c in json.loads(capsys.readouterr().out)["campaigns"]] == [True, False]
 
 
+def test_a_folder_of_campaigns_ends_with_one_line_over_all_and_names_the_folders_passed_over(tmp_path: Path, capsys):
+    write_campaign(tmp_path / "a", lambda c: {"tau2_Nm": 0 * c["t_s"]})
+    write_campaign(tmp_path / "b", backward)
+    write_campaign(tmp_path / "c")
+    write_campaign(tmp_path / "forgotten")
+    (tmp_path / "forgotten" / "arm.yaml").unlink()
+    assert run(["check", str(tmp_path)]) == 2
+    out, err = capsys.readouterr()
+    assert out.splitlines()[-1] == "3 campaigns: 1 not usable (b); 1 with warnings (a); 1 usable, where nothing looks wrong (c)."
+    assert "passed over, without arm.yaml: forgotten" in err
+    assert run(["check", str(tmp_path / "c")]) == 0
+    out, err = capsys.readouterr()
+    assert " campaigns: " not in out
+    assert err == ""
+
+
 def test_a_campaign_of_steady_tables_alone_is_usable(tmp_path: Path, capsys):
     root = write_campaign(tmp_path / "c")
     for path in (root / "recordings").iterdir():

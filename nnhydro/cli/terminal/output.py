@@ -70,6 +70,16 @@ def _map(column_map: Path | None) -> str:
     return "" if column_map is None else f" --map {shlex.quote(str(column_map))}"
 
 
+def note_folders_without_arm(root: Path) -> None:
+    """Say on standard error which folders beside the campaigns inside `root` are passed over."""
+    from nnhydro.recordings.campaign import folders_without_arm
+
+    names = folders_without_arm(root)
+    if names:
+        more = f" and {len(names) - 5} more" if len(names) > 5 else ""
+        note(f"passed over, without arm.yaml: {', '.join(names[:5])}{more}")
+
+
 def warn_of_errors(campaign: "Campaign") -> bool:
     """Say on standard error what makes the recordings unusable, as nnhydro check would; return whether anything does."""
     from nnhydro.recordings.survey import errors_of

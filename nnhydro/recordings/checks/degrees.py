@@ -10,12 +10,13 @@ import numpy as np
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.checks.oddity import Oddity, RecordingCheck, TableCheck, check
 from nnhydro.recordings.checks.reading import Array, Reading
+from nnhydro.recordings.readers.map_line import mapping_text
 from nnhydro.recordings.recording import SteadyTable
 
 WIDE = 4 * np.pi  # rad: two turns; hoses and cables forbid more
 FASTEST = 15.0  # m/s at the tip: no arm moves so fast in water; in degrees, 0.3 m/s read as 15
 LITTLE = np.pi  # rad: in degrees, less than 3.2
-REMEDY = "map it with its unit, '%s: {from: %s, unit: deg}' in columns.yaml or --map FILE (unit: rad where the joint spins)"
+REMEDY = "map it with its unit, %s (unit: rad where the joint spins)"
 
 
 def too_wide(q: Array) -> bool:
@@ -45,7 +46,7 @@ class Degrees(RecordingCheck):
 
     id = "degrees"
     looks_for = "angles beyond two turns, or tips faster than any in water"
-    remedy = REMEDY % ("q1_rad", "q1_rad")
+    remedy = "map it with its unit"
 
     def find(self, reading: Reading) -> Iterator[Oddity]:
         """Yield one finding a joint: an error where range and speed agree, a warning where one of them is odd."""
@@ -59,7 +60,8 @@ class Degrees(RecordingCheck):
                 widest = float(np.max(np.abs(q), initial=0.0, where=np.isfinite(q)))
                 cause = "probably degrees" if wide else "degrees, or a time that is too short"
                 what = f"reaches {widest:.4g} rad ({widest / (2 * np.pi):.1f} turns) and moves the tip at {speed:.3g} m/s: {cause}"
-                yield Oddity(reading.name, "error" if wide and fast else "warning", name, what, REMEDY % (name, name),
+                yield Oddity(reading.name, "error" if wide and fast else "warning", name, what,
+                             REMEDY % mapping_text(reading.recording.origin, name, unit="deg"),
                              in_file=f"convert {name} from degrees to rad in the file")
 
 
@@ -69,7 +71,7 @@ class DegreesInTable(TableCheck):
 
     id = "degrees_in_table"
     looks_for = "angles beyond two turns in steady tables"
-    remedy = "map it with its unit, 'steady: {q1_rad: {from: q1_rad, unit: deg}}' in columns.yaml or --map FILE (unit: rad where it spins)"
+    remedy = Degrees.remedy
 
     def find(self, table: SteadyTable, arm: Arm) -> Iterator[Oddity]:
         """Yield one finding a joint."""
@@ -79,4 +81,4 @@ class DegreesInTable(TableCheck):
             if too_wide(table.q[:, joint]):
                 name = arm.column("q", joint + 1)
                 yield Oddity(table.name, "error", name, f"reaches {np.abs(table.q[:, joint]).max():.4g} rad: probably degrees",
-                             self.remedy.replace("q1_rad", name))
+                             REMEDY % mapping_text(table.origin, name, True, unit="deg"))

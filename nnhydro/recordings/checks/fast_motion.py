@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from nnhydro.recordings.checks.degrees import FASTEST, tip_speed, too_little_for_degrees
 from nnhydro.recordings.checks.oddity import Oddity, RecordingCheck, check
 from nnhydro.recordings.checks.reading import Reading
+from nnhydro.recordings.readers.map_line import mapping_text
 
 
 @check
@@ -13,7 +14,7 @@ class FastMotion(RecordingCheck):
 
     id = "fast_motion"
     looks_for = "tips faster than any in water though their joints turn by less than half a turn"
-    remedy = "is t_s in seconds? Map it, 't_s: {from: t_s, unit: min}' or with its 'scale:' in columns.yaml or --map FILE"
+    remedy = "is t_s in seconds? Map it with its unit or scale"
 
     def find(self, reading: Reading) -> Iterator[Oddity]:
         """Yield one finding for the time of a recording."""
@@ -24,4 +25,6 @@ class FastMotion(RecordingCheck):
         if speed > FASTEST:
             what = (f"joint {joint + 1} turns by {reading.moved[joint]:.3g} rad only, yet moves the tip at {speed:.3g} m/s: the time is "
                     "probably too short")
-            yield Oddity(reading.name, "warning", "t_s", what, self.remedy, in_file="convert t_s to s in the file")
+            yield Oddity(reading.name, "warning", "t_s", what, "is t_s in seconds? Map it, "
+                         f"{mapping_text(reading.recording.origin, 't_s', unit='min')}, or with its 'scale:'",
+                         in_file="convert t_s to s in the file")

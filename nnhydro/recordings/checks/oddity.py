@@ -1,7 +1,7 @@
 """An oddity, and what a check is: it looks for one cause of trouble and says what to do about it."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import ClassVar, Literal, TypeVar, final
 
@@ -47,13 +47,17 @@ def merge_kinds(oddities: Iterable[Oddity]) -> list[list[Oddity]]:
     return list(groups.values())
 
 
-def for_some(oddities: Iterable[Oddity], recordings: int) -> list[Oddity]:
-    """Return the findings of a campaign with so many `recordings`: where only some of these have one, its remedy spares the others."""
+def for_some(oddities: Iterable[Oddity], recordings: int, at_zero: Mapping[str, int]) -> list[Oddity]:
+    """Return the findings of a campaign with so many `recordings`: where only some of these have one, its remedy spares the others.
+
+    `at_zero` counts, by column, the recordings in which it is 0 throughout: no unit, sign or scale changes these.
+    """
     found = list(oddities)
     groups: dict[tuple[str, str], set[str | None]] = {}
     for oddity in found:
         groups.setdefault((oddity.check, oddity.where.split(",")[0]), set()).add(oddity.recording)
-    return [_sparing(oddity, len(groups[oddity.check, oddity.where.split(",")[0]]), recordings) for oddity in found]
+    places = ((oddity, oddity.where.split(",")[0]) for oddity in found)
+    return [_sparing(oddity, len(groups[oddity.check, column]), recordings - at_zero.get(column, 0)) for oddity, column in places]
 
 
 def _sparing(oddity: Oddity, affected: int, recordings: int) -> Oddity:

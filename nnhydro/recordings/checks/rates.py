@@ -13,6 +13,7 @@ from nnhydro.recordings.checks.oddity import Oddity, RecordingCheck, check
 from nnhydro.recordings.checks.reading import Array, Reading
 from nnhydro.recordings.checks.sampling import ROWS_A_PERIOD, rows_a_period
 from nnhydro.recordings.filtering.computed_slopes import lag_of_slope
+from nnhydro.recordings.readers.map_line import mapping_text
 
 WINDOW = 0.1  # s
 MOVED = 0.02  # rad: below, there is nothing to compare
@@ -20,8 +21,9 @@ FOLLOWS = 0.8  # correlation below which a rate does not belong to its angle
 AGREEING = 0.97  # share of the windows that must agree
 NOISY = 0.1  # of the rate's rms
 DEGREE = np.pi / 180
-KNOWN = ((-1.0, "has the wrong sign", "sign: -1"), (DEGREE, "is in deg/s", "unit: deg/s"),
-         (2 * np.pi / 60, "is in rpm", "unit: rpm"), (2 * np.pi, "is in rev/s", "unit: rev/s"))
+KNOWN: tuple[tuple[float, str, dict[str, str | float]], ...] = (
+    (-1.0, "has the wrong sign", {"sign": -1}), (DEGREE, "is in deg/s", {"unit": "deg/s"}),
+    (2 * np.pi / 60, "is in rpm", {"unit": "rpm"}), (2 * np.pi, "is in rev/s", {"unit": "rev/s"}))
 TOLERANCE = 0.1  # relative
 
 
@@ -76,7 +78,7 @@ class Rates(RecordingCheck):
 
     id = "rates"
     looks_for = "rates in another unit, of the wrong sign or scale, noisy, or late"
-    remedy = "map it, '%s: {from: %s, %s}' in columns.yaml or --map FILE, or remove the column: rates are derived from the angles"
+    remedy = "map it, or remove the column: rates are derived from the angles"
 
     def find(self, reading: Reading) -> Iterator[Oddity]:
         """Yield one finding a joint."""
@@ -96,13 +98,15 @@ class Rates(RecordingCheck):
         elif abs(found.ratio * DEGREE - 1) < TOLERANCE:
             if not too_wide(reading.recording.q[:, joint]):
                 yield Oddity(reading.name, "error", angle, f"is {1 / DEGREE:.1f} times the integral of {name}: the angle is in degrees",
-                             self.remedy.split(" or remove", maxsplit=1)[0].rstrip(",") % (angle, angle, "unit: deg"),
+                             f"map it, {mapping_text(reading.recording.origin, angle, unit='deg')}",
                              in_file=f"convert {angle} from degrees to rad in the file")
         elif abs(found.ratio - 1) > TOLERANCE:
             what, how = next(((w, h) for value, w, h in KNOWN if abs(found.ratio / value - 1) < TOLERANCE),
-                             ("has another scale (a gear?)", f"scale: {found.ratio:.4g}"))
+                             ("has another scale (a gear?)", {"scale": float(f"{found.ratio:.4g}")}))
             yield Oddity(reading.name, "warning", name, f"{what}: the derivative of {angle} is {found.ratio:.4g} times the column",
-                         self.remedy % (name, name, how), in_file=f"correct {name} in the file, or remove the column there")
+                         f"map it, {mapping_text(reading.recording.origin, name, **how)}, or remove the column: "
+                         "rates are derived from the angles",
+                         in_file=f"correct {name} in the file, or remove the column there")
         elif found.noise > NOISY * found.rms:
             yield Oddity(reading.name, "note", name, f"is noisy: {found.noise:.2g} rad/s from row to row at {found.rms:.2g} rad/s rms",
                          "the source of the rates is chosen by the lower noise; leave the column out if in doubt")

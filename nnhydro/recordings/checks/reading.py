@@ -80,6 +80,11 @@ class Reading:
             if values is not None:
                 yield from zip((column(channel) for channel in pair), values.T, strict=True)
 
+    @cached_property
+    def at_zero(self) -> tuple[str, ...]:
+        """Names of the columns that are 0 throughout, empty cells aside."""
+        return tuple(name for name, x in self.channels() if not np.nan_to_num(x).any())
+
     def blocks(self, start: int, stop: int) -> NDArray[np.int64]:
         """Return row numbers about `BLOCK` seconds apart within one stretch."""
         step = max(round(BLOCK / self.dt), 1)

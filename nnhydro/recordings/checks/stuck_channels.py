@@ -11,6 +11,8 @@ from nnhydro.recordings.checks.reading import MOVED, Array, Reading, quantum, ro
 FROZEN = 0.1  # s
 FROZEN_ROWS = 10
 FREE = "nothing drives this machine"
+COMMANDED = "right if it is the command to the drive; if it was measured, the channel is dead: leave its cells empty or record again"
+MOVES = 0.1  # rad: an arm that moves farther changes the torque
 STOP = 5  # rows over which a speed is taken
 JUMP = 5.0  # times the largest step elsewhere
 SWITCHES, LEVELS = 1 / 3, 20  # share of the rows at which a command changes at most, and how many values it takes
@@ -52,8 +54,13 @@ def _by_step(x: Array, span: tuple[int, int]) -> bool:
     return bool(abs(after - x[span[0]]) < 1.5 * quantum(x))
 
 
-def _is_command(x: Array) -> bool:
-    """Whether `x` switches between few values and holds each, as a command does; a sensor of a moving arm changes from row to row."""
+def is_constant(x: Array) -> bool:
+    """Return whether `x` (n,) keeps exactly one value, other than 0."""
+    return bool(len(x) and x[0] != 0 and (x == x[0]).all())
+
+
+def is_command(x: Array) -> bool:
+    """Return whether `x` switches between few values and holds each, as a command does; a sensor changes from row to row."""
     return len(x) < 2 or bool(np.mean(np.diff(x) != 0) < SWITCHES and len(np.unique(x)) <= LEVELS)
 
 
@@ -82,9 +89,8 @@ class StuckTorque(RecordingCheck):
     """A torque may be constant only where nothing moves."""
 
     id = "stuck_torque"
-    looks_for = "a torque that keeps exactly one value while the arm moves"
+    looks_for = "a torque that keeps exactly one value for part of a recording, or 0 in the whole, while the arm moves"
     remedy = "the torque channel is dead or not updated: leave these cells empty or record again"
-    commanded = "right if it is the command to the drive; if it was measured, the channel is dead: leave its cells empty or record again"
 
     def find(self, reading: Reading) -> Iterator[Oddity]:
         """Yield one finding a joint: the longest span; a note alone where all torques are exactly 0, as of what nothing drives."""
@@ -97,13 +103,14 @@ class StuckTorque(RecordingCheck):
             return
         for joint in range(reading.arm.n_links):
             x = tau[:, joint]
-            spans = [span for span in _frozen_rows(x, reading.dt) if self._range_moved(reading, span) > 0.1 and not _by_step(x, span)]
+            spans = [span for span in _frozen_rows(x, reading.dt) if self._range_moved(reading, span) > MOVES and not _by_step(x, span)
+                     and not is_constant(x)]  # constant_torque compares these with the other recordings
             if spans:
                 span = max(spans, key=lambda s: s[1] - s[0])
                 what = f"keeps exactly {x[span[0]]:.4g} N m while the arm moves by {self._range_moved(reading, span):.2g} rad"
-                command = _is_command(np.delete(x, np.s_[span[0]:span[1] - 1])) and x[span[0]] != 0
+                command = is_command(np.delete(x, np.s_[span[0]:span[1] - 1])) and x[span[0]] != 0
                 yield Oddity(reading.name, "note" if command else "warning", f"{reading.arm.column('tau', joint + 1)}, {rows(*span)}", what,
-                             self.commanded if command else self.remedy)
+                             COMMANDED if command else self.remedy)
 
     def _range_moved(self, reading: Reading, span: tuple[int, int]) -> float:
         q = reading.recording.q[slice(*span)]

@@ -2,8 +2,8 @@
 
     W = sum_j int tau_j dpsi_j       from rest to rest, carriage and water at rest; psi are the motors' angles (q, or psi_2 = q_1 + q_2 / r)
 
-W must not be negative: what the rigid body stores is given back when it stops. One joint alone may be driven by the others now and
-then, but not in every recording. With all joints locked and the carriage moving, the outermost joint resists the water:
+W must not be negative: what the rigid body stores is given back when it stops. One joint alone may be driven by the others in every
+recording, so that only the sum accuses. With all joints locked and the carriage moving, the outermost joint resists the water:
 int tau_n u0 cos(phi_n) dt must not be negative either.
 """
 
@@ -16,12 +16,13 @@ from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.checks.oddity import CampaignCheck, Oddity, TableCheck, check
 from nnhydro.recordings.checks.reading import Array, Reading
 from nnhydro.recordings.filtering.preprocessing import Preparation
+from nnhydro.recordings.readers.map_line import mapping_text
 from nnhydro.recordings.recording import SteadyTable
 
 MOVED = 0.05  # rad
 NEGATIVE = -0.25  # work / sum of its moduli; a healthy arm has 0.5 to 1
-OFTEN = 0.7  # share of recordings that must agree before one joint is accused
-REMEDY = "positive is what the drive exerts along +q; map it, '%s: {from: %s, sign: -1}' in columns.yaml or --map FILE"
+OFTEN = 0.7  # share of recordings that must agree before a drive is accused
+REMEDY = "positive is what the drive exerts along +q; map it"
 
 
 def motor_angles(q: Array, arm: Arm) -> Array:
@@ -74,30 +75,30 @@ def _share(pair: Array) -> Array:
 
 @check
 class TorqueSign(CampaignCheck):
-    """Over a recording the drives must do positive work."""
+    """Over a recording the drives together must do positive work."""
 
     id = "torque_sign"
     looks_for = "drives that gain energy from still water"
-    remedy = REMEDY % ("tau1_Nm", "tau1_Nm")
+    remedy = REMEDY
 
     def find(self, campaign: Campaign, how: Preparation) -> Iterator[Oddity]:
-        """Yield one finding a joint, or one for all."""
+        """Yield one finding for each drive that gives negative work, where the sum over all drives is negative."""
         found = [w for r in campaign.recordings() if (w := work(Reading.of(r, campaign.arm))) is not None]
         if not found:
             return
-        shares = np.array([_share(w) for w in found])
-        pooled = _share(np.sum(found, axis=0))
-        often = (shares < NEGATIVE).mean(axis=0) >= OFTEN
         links = campaign.arm.n_links
-        guilty = [joint for joint in range(links) if pooled[joint] < NEGATIVE and often[joint]]
-        if not guilty and pooled[links] < NEGATIVE and often[links]:
-            guilty = [int(np.argmin(pooled[:links]))]
+        together = np.array([_share(w)[links] for w in found]) < NEGATIVE
+        pooled = _share(np.sum(found, axis=0))
+        if pooled[links] >= NEGATIVE or together.mean() < OFTEN:
+            return
+        guilty = [joint for joint in range(links) if pooled[joint] < NEGATIVE] or [int(np.argmin(pooled[:links]))]
+        origin = campaign.load(campaign.names[0]).origin
         for joint in guilty:
             name = campaign.arm.column("tau", joint + 1)
-            count = int((shares[:, joint] < NEGATIVE).sum())
-            what = (f"drive {joint + 1} gains energy from the water ({pooled[joint]:+.0%} of the work exchanged, in {count} of "
-                    f"{len(found)} recordings): probably the wrong sign")
-            yield Oddity(None, "warning", name, what, REMEDY % (name, name))
+            gains = f"drive {joint + 1} gains" if links == 1 else "the drives together gain"
+            what = (f"{gains} energy from the water ({pooled[links]:+.0%} of the work exchanged, in {together.sum()} of {len(found)} "
+                    f"recordings): {'' if links == 1 else f'drive {joint + 1} has '}probably the wrong sign")
+            yield Oddity(None, "warning", name, what, f"{REMEDY}, {mapping_text(origin, name, sign=-1)}")
 
 
 @check
@@ -106,8 +107,7 @@ class TorqueSignInTable(TableCheck):
 
     id = "torque_sign_in_table"
     looks_for = "steady runs whose outermost torque pushes with the water instead of against it"
-    remedy = ("positive is what the drive exerts along +q; map it, 'steady: {tau1_Nm: {from: tau1_Nm, sign: -1}}' in columns.yaml or "
-              "--map FILE")
+    remedy = REMEDY
 
     def find(self, table: SteadyTable, arm: Arm) -> Iterator[Oddity]:
         """Yield a finding where the outermost torque opposes the sign of the normal speed of its link in most runs."""
@@ -120,4 +120,4 @@ class TorqueSignInTable(TableCheck):
         if total > 0 and pieces.sum() / total < NEGATIVE:
             name = arm.column("tau", arm.n_links)
             what = f"pushes with the water in {(pieces < 0).mean():.0%} of the runs: probably the wrong sign"
-            yield Oddity(table.name, "warning", name, what, self.remedy.replace("tau1_Nm", name))
+            yield Oddity(table.name, "warning", name, what, f"{REMEDY}, {mapping_text(table.origin, name, True, sign=-1)}")

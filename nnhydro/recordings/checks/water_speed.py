@@ -12,6 +12,7 @@ from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.checks.fluid import LIQUID
 from nnhydro.recordings.checks.oddity import Oddity, RecordingCheck, Severity, TableCheck, check
 from nnhydro.recordings.checks.reading import Array, Reading
+from nnhydro.recordings.readers.map_line import mapping_text
 from nnhydro.recordings.recording import PAIRS, Recording, SteadyTable
 
 ODD, IMPOSSIBLE = 30.0, 100.0  # m/s in a liquid: above the fastest carriages; above any rig
@@ -33,8 +34,8 @@ def _speeds(x: Recording | SteadyTable) -> Iterator[tuple[str, float]]:
             yield name, float(np.percentile(seen, USUAL))
 
 
-def _too_fast(x: Recording | SteadyTable, arm: Arm, prefix: str, suffix: str) -> Iterator[Oddity]:
-    """One finding a column; what the user has stated a unit of is taken as given. `prefix`, `suffix` enclose the line that maps it."""
+def _too_fast(x: Recording | SteadyTable, arm: Arm, steady: bool) -> Iterator[Oddity]:
+    """One finding a column; what the user has stated a unit of is taken as given."""
     liquid = arm.fluid.density_kg_m3 >= LIQUID[0]
     for name, speed in _speeds(x):
         if speed <= (ODD if liquid else ODD_IN_GAS) or name in x.origin.stated:
@@ -43,8 +44,7 @@ def _too_fast(x: Recording | SteadyTable, arm: Arm, prefix: str, suffix: str) ->
         severity: Severity = "error" if liquid and speed > IMPOSSIBLE else "warning"
         what = (f"reaches {speed:.4g} m/s, faster than any {'towing tank' if liquid else 'wind tunnel'}; in {unit} that would be "
                 f"{speed * smaller:.3g} m/s")
-        line = f"{prefix}{name}: {{from: {name}, unit: {unit}}}{suffix}"
-        remedy = f"map it with its unit, '{line}' in columns.yaml or --map FILE (unit: m/s where it is right)"
+        remedy = f"map it with its unit, {mapping_text(x.origin, name, steady, unit=unit)} (unit: m/s where it is right)"
         yield Oddity(x.name, severity, name, what, remedy, in_file=f"convert {name} from {unit} to m/s in the file")
 
 
@@ -58,7 +58,7 @@ class WaterSpeed(RecordingCheck):
 
     def find(self, reading: Reading) -> Iterator[Oddity]:
         """Yield one finding a column."""
-        yield from _too_fast(reading.recording, reading.arm, "", "")
+        yield from _too_fast(reading.recording, reading.arm, False)
 
 
 @check
@@ -71,4 +71,4 @@ class WaterSpeedInTable(TableCheck):
 
     def find(self, table: SteadyTable, arm: Arm) -> Iterator[Oddity]:
         """Yield one finding a column."""
-        yield from _too_fast(table, arm, "steady: {", "}")
+        yield from _too_fast(table, arm, True)

@@ -11,6 +11,7 @@ import numpy as np
 
 from nnhydro.recordings.checks.oddity import Oddity, RecordingCheck, check
 from nnhydro.recordings.checks.reading import Array, Reading, rows
+from nnhydro.recordings.readers.map_line import mapping_text
 
 NEAR = 0.1  # of the turn
 OTHERS = 0.3  # of the turn: no other step may be as large
@@ -48,5 +49,5 @@ class WrappedAngles(RecordingCheck):
                 if found:
                     more = f" and {len(found) - 1} more" if len(found) > 1 else ""
                     yield Oddity(reading.name, "error", f"{name}, {rows(found[0])}{more}", f"jumps by a turn ({said})",
-                                 f"{self.remedy}, '{name}: {{from: {name}, period: {turn:.6g}}}' in columns.yaml or --map FILE "
+                                 f"{self.remedy}, {mapping_text(reading.recording.origin, name, period=turn)} "
                                  "(360 where the file holds degrees)")

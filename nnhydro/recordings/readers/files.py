@@ -76,7 +76,8 @@ def _read(path: Path, arm: Arm, torque: bool, column_map: ColumnMap | None, stea
         stated = {target for target, source in sources.items() if source.unit is not None or source.from_ in table.units}
         origin = Origin(str(path), sha256_of(path), path.suffix.lower().removeprefix(".") or "ros2",
                         tuple(name for name in table.header if name not in wanted | channel_names(arm, True) | text),
-                        tuple(sorted(stated | (names & table.units.keys()))))
+                        tuple(sorted(stated | (names & table.units.keys()))),
+                        {target: source.model_dump(by_alias=True, exclude_defaults=True) for target, source in sources.items()})
         require(_state(path) == before, f"{path}: changed while it was read, so its rows and its sha256 may differ: wait "
                 "until the logger has closed it, then run again", RecordingError)
     except OSError as cause:

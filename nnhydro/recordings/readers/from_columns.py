@@ -4,7 +4,6 @@ A belt drive whose second angle channel is the motor's, psi_2, is turned into jo
 Source: Rivera (1995), section 3.3 (pulley ratio r: ours).
 """
 
-import json
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,6 +16,7 @@ from numpy.typing import NDArray
 from nnhydro.conventions import CLOCK, TIME, column
 from nnhydro.errors import RecordingError, count_text, require
 from nnhydro.recordings.arm import Arm
+from nnhydro.recordings.readers.map_line import map_line
 from nnhydro.recordings.readers.table import FIRST_ROW, Columns
 from nnhydro.recordings.recording import PAIRS, Origin, Recording, SteadyTable
 
@@ -62,8 +62,7 @@ def _missing_message(named: NamedColumns, names: Sequence[str], where: str) -> R
     foreign = [column_name for column_name in named.header if not _OURS.match(column_name)]
     likely = _likely(names[0], foreign)
     unit = _FOREIGN.search(likely)
-    written = likely if re.fullmatch(r"\w[\w ().-]*", likely or "x") else json.dumps(likely, ensure_ascii=False)  # as YAML wants it
-    line = f"{names[0]}: {{from: {written}, unit: {unit[1]}}}" if unit else f"{names[0]}: {written or 'ITS NAME'}"
+    line = map_line(Origin(mapped={names[0]: {"from": likely or "ITS NAME", **({"unit": unit[1]} if unit else {})}}), names[0])
     seen = foreign or named.header
     listed = ", ".join(map(repr, seen[:SHOWN])) + (f" and {len(seen) - SHOWN} more" if len(seen) > SHOWN else "")
     what = f"column {names[0]!r} is" if len(names) == 1 else f"columns {', '.join(map(repr, names))} are"

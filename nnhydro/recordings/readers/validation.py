@@ -19,7 +19,7 @@ WISHES = {  # by pydantic's name of a complaint: what must hold
     **dict.fromkeys(("int_type", "int_parsing", "int_from_float"), "be a whole number"),
     **dict.fromkeys(("bool_type", "bool_parsing"), "be true or false"), "greater_than": "be greater than {gt}",
     "greater_than_equal": "be at least {ge}", "less_than": "be less than {lt}", "less_than_equal": "be at most {le}",
-    "literal_error": "be {expected}",
+    "literal_error": "be {expected}", "invalid_key": "be a word: 'key: value'",
 }
 FOREIGN_UNITS = (  # ending of a key, unit that a number beyond the bound may be in, what it is in the key's own
     ("_m2_s", "mm2/s", 1e-6), ("_m", "mm", 1e-3), ("_rad", "degrees", pi / 180), ("efficiency", "per cent", 0.01),

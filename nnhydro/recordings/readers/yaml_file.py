@@ -1,6 +1,8 @@
 """Read small YAML files that come from outside: size limit, no aliases, no duplicate keys, no executable tags."""
 
+import re
 from collections.abc import Hashable
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +13,18 @@ from nnhydro.errors import NnhydroError
 MAX_BYTES = 300_000  # an arm or a recipe is a page; what is larger is another file taken for it
 STANDARD = "tag:yaml.org,2002:"  # what !! stands for
 PLAIN_TAGS = ("!", "!!str", "!!int", "!!float", "!!bool", "!!null", "!!map", "!!seq")
+WHOLE, DECIMALS = re.compile(r"[-+]?\d+"), re.compile(r"\d+(?:[eE][-+]?\d+)?")  # before and after a decimal comma
 DEEPEST, LONGEST = 30, 10_000  # lists within lists; characters of one value
 TOO_DEEP = f"lists and mappings are nested more than {DEEPEST} deep: is this the right file?"
 _Fast: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # libyaml's, ten times as fast, where PyYAML was built with it
+
+
+def _require_points(node: Any) -> None:
+    """Raise YAMLError for {mass_kg: 4,2}: YAML takes the digits after a decimal comma for a key without a value."""
+    for (_, whole), (key, nothing) in pairwise(node.value):
+        if nothing.value == "" and isinstance(whole.value, str) and WHOLE.fullmatch(whole.value) and DECIMALS.fullmatch(str(key.value)):
+            raise yaml.YAMLError(f"line {key.start_mark.line + 1}: {whole.value},{key.value} has a decimal comma: "
+                                 f"write {whole.value}.{key.value}")
 
 
 class _StrictLoader(_Fast):  # type: ignore[misc]
@@ -22,6 +33,7 @@ class _StrictLoader(_Fast):  # type: ignore[misc]
     def construct_mapping(self, node: Any, deep: bool = False) -> dict[Hashable, Any]:
         """Return a mapping; raises YAMLError for a key that is no word or stands twice."""
         seen: set[str] = set()
+        _require_points(node)
         for key, _ in node.value:
             line = key.start_mark.line + 1
             if not isinstance(key.value, str):

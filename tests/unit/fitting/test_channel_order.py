@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 import yaml
 from campaigns import campaign, dry, planted, write_folder
@@ -117,3 +118,20 @@ def test_torques_that_have_nothing_to_do_with_the_motion_accuse_nobody():
     rng = np.random.default_rng(1)
     c = changed(whole(arm(2)), tau=lambda x: rng.standard_normal(x.shape))
     assert channel_order(c, c.plan()) is None
+
+
+def test_the_lines_name_the_columns_and_units_of_the_user(tmp_path):
+    """They used to name nnhydro's columns, which whoever has a columns.yaml does not have."""
+    folder = write_folder(whole(arm(2)), tmp_path / "c")
+    for path in (folder / "recordings").glob("*.csv"):
+        table = pd.read_csv(path)
+        table.assign(tau1_Nm=-100 * table.tau1_Nm, tau2_Nm=-table.tau2_Nm).rename(
+            columns={"tau1_Nm": "M [shoulder]", "tau2_Nm": "M_elbow"}).to_csv(path, index=False)
+    mapping = {"tau1_Nm": {"from": "M [shoulder]", "unit": "N cm"}, "tau2_Nm": "M_elbow"}
+    (folder / "columns.yaml").write_text(yaml.safe_dump({"columns": mapping}))
+    (advice,) = (found.remedy for found in survey_with_physics(open_campaign(folder)).oddities if found.check == "channel_order")
+    assert "in place of the lines of these names" in advice
+    lines = advice.partition("names: ")[2].split("; ")
+    assert lines == ['tau1_Nm: {from: "M [shoulder]", unit: N cm, sign: -1}', "tau2_Nm: {from: M_elbow, sign: -1}"]
+    (folder / "columns.yaml").write_text("\n".join(lines))
+    assert not [oddity for oddity in survey_with_physics(open_campaign(folder)).oddities if oddity.severity != "note"]

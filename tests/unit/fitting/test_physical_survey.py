@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from campaigns import campaign, dry, planted
 from rigs import arm
@@ -10,6 +11,7 @@ from nnhydro.fitting.physical_survey import judged_units, survey_with_physics, t
 from nnhydro.physics.loads.coulomb_friction import CoulombTerm
 from nnhydro.physics.loads.viscous_friction import ViscousTerm
 from nnhydro.recordings.campaign import Campaign
+from nnhydro.recordings.survey import survey
 
 A = arm(2)
 
@@ -77,3 +79,20 @@ def test_a_unit_changes_the_likelihood_by_its_jacobian_alone():
 def test_check_says_it_once():
     c = written_in(1e-3, whole(arm(1)))
     assert [oddity.check for oddity in survey_with_physics(c).oddities if oddity.severity == "warning"] == ["torque_unit"]
+
+
+def test_energy_does_not_overrule_signs_that_the_physics_confirms():
+    """An arm in air that is lowered gives energy to its drive in every recording, and the sign is right."""
+    a = arm(1, 0.0, gravity_m_s2=9.81)
+    lowered = [_lowered(r) for r in whole(a, dry(a)).recordings()]
+    c = Campaign.of(a, lowered)
+    assert "torque_sign" in {oddity.check for oddity in survey(c).oddities}
+    assert "torque_sign" not in {oddity.check for oddity in survey_with_physics(c).oddities}
+
+
+def _lowered(r, rows=40):
+    """The rows over which the drive gains most."""
+    gained = np.concatenate([[0.0], np.cumsum(r.tau[1:, 0] * np.diff(r.q[:, 0]))])
+    first = int(np.argmin(gained[rows:] - gained[:-rows]))
+    part = slice(first, first + rows)
+    return replace(r, t=r.t[part], q=r.q[part], qd=r.qd[part], qdd=r.qdd[part], tau=r.tau[part], u0=None, du0=None)

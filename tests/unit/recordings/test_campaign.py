@@ -12,7 +12,7 @@ from rigs import arm
 from nnhydro.cli.main import run
 from nnhydro.errors import CampaignError, RecordingError
 from nnhydro.recordings.arm import read_arm
-from nnhydro.recordings.campaign import Campaign, open_campaign, open_campaigns
+from nnhydro.recordings.campaign import Campaign, folders_without_arm, open_campaign, open_campaigns
 from nnhydro.recordings.readers import files as readers
 from nnhydro.recordings.readers.files import read_recording
 
@@ -54,6 +54,17 @@ def test_all_broken_files_are_listed_at_once(folder, command, tmp_path, capsys):
     assert "1 more of 3 files" in err
 
 
+def test_one_complaint_of_many_files_is_said_once(folder, capsys):
+    table = (folder / "recordings" / "run0.csv").read_text().replace("t_s", "Time")
+    for number in range(8):
+        (folder / "recordings" / f"run{number}.csv").write_text(table)
+    (folder / "recordings" / "run8.csv").write_text("nonsense\n")
+    assert run(["check", str(folder)]) == 2
+    err = capsys.readouterr().err
+    assert err.count("is missing") == 1
+    assert "(and 8 more of 9 files: the same in run1.csv, run2.csv, run3.csv and 4 more; run8.csv: " in err
+
+
 def test_verify_reads_every_recording_once_and_names_the_first_bad_one(tmp_path: Path):
     root = write_campaign(tmp_path / "c")
     open_campaign(root).verify()
@@ -69,6 +80,8 @@ def test_a_folder_of_campaigns_is_opened_as_several(tmp_path: Path):
     (tmp_path / "notes").mkdir()
     assert [c.root.name for c in open_campaigns(tmp_path) if c.root] == ["a", "b"]
     assert len(open_campaigns(tmp_path / "a")) == 1
+    assert folders_without_arm(tmp_path) == ("notes",)
+    assert folders_without_arm(tmp_path / "a") == ()
 
 
 def test_hidden_files_are_passed_over_and_links_are_harmless(tmp_path: Path):

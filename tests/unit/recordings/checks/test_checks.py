@@ -162,12 +162,18 @@ def test_angle_faults_are_found_without_rates_too(name: str):
     assert found(Campaign.of(the_arm(), [recording(columns)])) == {expected}
 
 
-@pytest.mark.parametrize(("names", "accused"), [(("tau1_Nm", "tau2_Nm"), 2), (("tau1_Nm",), 1), (("tau2_Nm",), 1)])
+@pytest.mark.parametrize(("names", "accused"), [(("tau1_Nm", "tau2_Nm"), 2), (("tau1_Nm",), 1)])
 def test_torques_of_the_wrong_sign_gain_energy_from_the_water(names: tuple[str, ...], accused: int):
     oddities = survey(campaign(scaled(-1.0, *names), in_all=True)).oddities
     assert [o.check for o in oddities] == ["torque_sign"] * accused
     assert {o.where for o in oddities} == set(names)
     assert "sign: -1" in oddities[0].remedy
+
+
+def test_a_joint_that_takes_the_work_of_another_has_no_wrong_sign():
+    """In a coupled arm, one joint may give energy in every recording: only the sum over the joints says anything of the water."""
+    outer_is_driven = campaign(lambda c: {"tau2_Nm": -0.5 * c["dq2_rad_s"]}, in_all=True)
+    assert "torque_sign" not in found(outer_is_driven)
 
 
 def test_a_locked_joint_is_only_worth_a_note():
@@ -368,9 +374,26 @@ def test_a_torque_held_in_a_whole_recording_is_a_command_until_the_user_says_oth
     def held(c: Columns) -> Mapping[str, np.ndarray]:
         return {"tau1_Nm": np.full_like(c["tau1_Nm"], 0.5)}
 
-    oddity = next(o for o in survey(campaign(held)).oddities if o.check == "stuck_torque")
+    oddity = next(o for o in survey(campaign(held, in_all=True)).oddities if o.check == "constant_torque")
     assert oddity.severity == "note"
     assert "command to the drive" in oddity.message
+
+
+def test_a_torque_held_in_one_recording_and_measured_in_the_others_is_a_dead_channel():
+    def held(c: Columns) -> Mapping[str, np.ndarray]:
+        return {"tau1_Nm": np.full_like(c["tau1_Nm"], 0.5)}
+
+    (oddity,) = (o for o in survey(campaign(held)).oddities if o.check in ("stuck_torque", "constant_torque"))
+    assert (oddity.severity, oddity.recording, oddity.where) == ("warning", "run1", "tau1_Nm")
+    assert "changes from row to row in 2 of 2 others" in oddity.what
+
+
+def test_a_voltage_held_in_one_recording_and_switched_in_the_others_is_a_command():
+    runs = []
+    for number, rows in ((1, 1000), (2, 200), (3, 100)):
+        columns = healthy(number)
+        runs.append(recording({**columns, "tau1_Nm": 0.5 + 0.25 * (np.arange(len(columns["t_s"])) // rows % 2)}, f"run{number}"))
+    assert {o.severity for o in survey(Campaign.of(the_arm(), runs)).oddities if o.check == "constant_torque"} == {"note"}
 
 
 @pytest.mark.parametrize(("every", "severity"), [(7, "note"), (1, "warning")], ids=["a switched voltage", "a sensor"])

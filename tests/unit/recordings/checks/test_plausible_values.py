@@ -32,6 +32,17 @@ def test_a_carriage_may_be_as_fast_as_tanks_and_tunnels_are(speed: float, densit
     assert [o.severity for o in told if o.check == "water_speed" and o.recording == "run1"] == severities
 
 
+def test_runs_without_tow_do_not_speak_against_the_unit_of_the_carriage():
+    """Their zeros are zeros in any unit: the advice was to convert the towed files, and not to map the column."""
+    runs = [recording({**healthy(k), "u0_m_s": (600.0 if k == 1 else 0.0) * np.tanh(healthy(k)["t_s"])}, f"run{k}") for k in (1, 2, 3, 4)]
+    (oddity,) = (o for o in survey(Campaign.of(the_arm(), runs)).oddities if o.check == "water_speed")
+    assert "'u0_m_s: {from: u0_m_s, unit: mm/s}'" in oddity.remedy
+    slow = replace(runs[1], u0=np.full(len(runs[1].t), 0.3))
+    mixed = Campaign.of(the_arm(), [runs[0], slow, replace(slow, name="run3")])
+    (oddity,) = (o for o in survey(mixed).oddities if o.check == "water_speed")
+    assert "only 1 of 3 recordings is so" in oddity.remedy
+
+
 def test_a_speed_whose_unit_is_stated_is_taken_as_given():
     fast = recording({**healthy(1), "u0_m_s": 600 * np.tanh(healthy(1)["t_s"])})
     stated = replace(fast, origin=replace(fast.origin, stated=("u0_m_s",)))
