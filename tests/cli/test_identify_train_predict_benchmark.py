@@ -146,6 +146,9 @@ def test_predict_writes_a_row_for_every_row(place, model, said, tmp_path):
     assert document["written"] == [str(tmp_path / "torques" / "motion.csv")]
     assert document["rows"] == [200]
     assert 0 <= document["outside_share"][0] < 0.2
+    beside = strict((tmp_path / "torques" / "motion.json").read_text())
+    assert document["cutoff_hz"] == [beside["cutoff_hz"]]
+    assert beside["cutoff_hz"] > 1.0
     header, *rows = (tmp_path / "torques" / "motion.csv").read_text().splitlines()
     assert header == "t_s,tau1_Nm,tau2_Nm,outside"
     source = [line.split(",") for line in motion.read_text().splitlines()[1:]]
@@ -154,10 +157,19 @@ def test_predict_writes_a_row_for_every_row(place, model, said, tmp_path):
     assert np.isfinite(values).all()
 
 
+def test_predict_takes_a_cutoff_and_says_which_it_used(place, model, said, tmp_path):
+    command = ("predict", model, place / "campaign" / "unseen" / "motion.csv", "--out", tmp_path / "torques", "--cutoff")
+    code, out, _ = said(*command, "3.5")
+    assert code == 0
+    assert "motion smoothed at 3.5 Hz" in out
+    one_line(said(*command, "500"), "above half the sampling rate", "--cutoff")
+
+
 def test_predict_takes_many_files_and_refuses_two_of_a_name(place, model, said, tmp_path):
     files = sorted((place / "campaign" / "recordings").glob("*.csv"))
     assert said("predict", model, *files, "--out", tmp_path / "torques")[0] == 0
-    assert sorted(p.name for p in (tmp_path / "torques").iterdir() if p.name != STAMP) == [p.name for p in files]
+    written = sorted(p.name for p in (tmp_path / "torques").iterdir() if p.name != STAMP)
+    assert written == sorted(name for p in files for name in (p.name, f"{p.stem}.json"))
     other = tmp_path / "other" / files[0].name
     other.parent.mkdir()
     other.write_text(files[0].read_text())

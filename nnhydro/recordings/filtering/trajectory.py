@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from nnhydro.recordings.filtering.cutoff import acceleration_density
 from nnhydro.recordings.filtering.low_pass import LowPass
-from nnhydro.recordings.filtering.preprocessing import Preparation, resample, stretches, surroundings
+from nnhydro.recordings.filtering.preprocessing import STATE_OVER_CUTOFF, resample, stretches, surroundings
 from nnhydro.recordings.filtering.spline import Channel, RegressionSplines
 from nnhydro.recordings.recording import Recording
 
@@ -215,7 +215,7 @@ def _around(r: Recording, edge: float, at: Array) -> dict[str, Array]:
 
     if r.base is None and r.heading is None and r.current is None:
         return {}
-    found: dict[str, Any] = surroundings(r, Preparation(LowPass(edge)))
+    found: dict[str, Any] = surroundings(r, LowPass(STATE_OVER_CUTOFF * edge))
     return {name: np.asarray(make_interp_spline(r.t, x, k=3)(at)) for name, x in found.items()
             if x is not None and name not in ("u0", "du0")}
 

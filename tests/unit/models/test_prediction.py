@@ -72,10 +72,31 @@ def test_the_low_pass_suits_the_motion_and_not_the_campaign_that_the_model_was_m
 def test_noise_of_the_encoders_is_smoothed_before_it_is_differentiated():
     noisy = replace(motion_at(T), q=motion_at(T).q + 2e-4 * np.random.default_rng(0).standard_normal((len(T), 2)))
     want, smoothed = torques_at(T, arm(2)), predict(model_of(arm(2)), noisy).tau
-    (segment,) = prepare(noisy, Preparation(LowPass(1e3)), with_torque=False)
+    (segment,) = prepare(noisy, Preparation(None), with_torque=False)
     rough = model_of(arm(2)).torque(Motion.of(segment)).numpy()
     assert relative(smoothed[50:-50], want[50:-50]) < 0.1
     assert relative(rough[50:-50], want[50:-50]) > 1.0
+
+
+@pytest.mark.parametrize(("degrees", "inside", "whole"), [(0.0, 0.002, 0.01), (0.01, 0.02, 0.03), (0.05, 0.05, 0.06)])
+def test_torques_of_noisy_angles_lose_neither_the_motion_nor_the_ends(degrees, inside, whole):
+    q = motion_at(T).q + np.radians(degrees) * np.random.default_rng(0).standard_normal((len(T), 2))
+    want = torques_at(T, arm(2))
+    error = predict(model_of(arm(2)), replace(motion_at(T), q=q)).tau - want
+    for rows, largest in ((slice(50, -50), inside), (slice(None), whole)):
+        assert float(np.sqrt((error[rows] ** 2).mean() / (want[rows] ** 2).mean())) < largest
+
+
+def test_a_given_cutoff_replaces_the_chosen_one_and_smooths_given_derivatives_too():
+    a = arm(2)
+    r = recording(a, planted(a), speed=0.4)
+    chosen, given_one = predict(model_of(a), motion_at(T)), predict(model_of(a), motion_at(T), 2.0)
+    assert given_one.cutoff_hz == 2.0 != chosen.cutoff_hz
+    assert not np.allclose(given_one.tau, chosen.tau)
+    assert predict(model_of(a), r).cutoff_hz is None
+    assert not np.allclose(predict(model_of(a), r, 1.0).tau, r.tau)
+    with pytest.raises(NnhydroError, match="above half the sampling rate"):
+        predict(model_of(a), motion_at(T), 80.0)
 
 
 def test_given_derivatives_are_taken_as_they_are():
