@@ -31,11 +31,12 @@ class Prediction(ResultView):
     sliding: bool = False
     outside: Array | None = None  # (n,) 0 to 1, how far each row lies outside what the model was trained on
     cutoff_hz: float | None = None  # at which the motion was smoothed; None: it was taken as given
+    notes: tuple[str, ...] = ()  # where the torques are less certain, and why
 
     @staticmethod
     def of(found: prediction.PredictedTorque) -> "Prediction":
         """Return what the model computed, ready to be shown."""
-        return Prediction(found.name, found.t, found.tau, found.std, found.sliding, found.outside, found.cutoff_hz)
+        return Prediction(found.name, found.t, found.tau, found.std, found.sliding, found.outside, found.cutoff_hz, found.notes)
 
     def __len__(self) -> int:
         return len(self.t)

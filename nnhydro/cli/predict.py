@@ -70,10 +70,13 @@ def predict(
         write_output(target.with_suffix(".json"), json_text(prediction.document()), files)
     if json:
         emit({"written": [str(path) for path in written], "rows": [len(prediction.t) for prediction in predictions],
-              "cutoff_hz": [prediction.cutoff_hz for prediction in predictions], "outside_share": list(shares.values()), "warnings": odd})
+              "cutoff_hz": [prediction.cutoff_hz for prediction in predictions], "outside_share": list(shares.values()), "warnings": odd,
+              "notes": [line for prediction in predictions for line in prediction.notes]})
         return
     for line in odd:
         note(f"warning {line}")
+    for line in (line for prediction in predictions for line in prediction.notes):
+        note(f"note {line}")
     for path, prediction in zip(written, predictions, strict=True):
         share = prediction.outside_share
         far = "" if not share else f", {share:.0%} of them outside what the model was trained on (column outside)"

@@ -9,11 +9,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.conventions import TIME, column
-from nnhydro.errors import RecordingError
+from nnhydro.errors import RecordingError, count_text
 from nnhydro.models.domain import DOMAIN, Domain
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.motion import Motion
-from nnhydro.recordings.filtering.preprocessing import MIN_ROWS, Preparation, even_rows, plan, prepare, slope_missing, time_steps
+from nnhydro.recordings.filtering.cutoff import LOWEST
+from nnhydro.recordings.filtering.preprocessing import (
+    MIN_ROWS,
+    Preparation,
+    even_rows,
+    gaps,
+    plan,
+    prepare,
+    slope_missing,
+    stretches,
+    time_steps,
+)
 from nnhydro.recordings.recording import MOTION, SURROUNDINGS, Recording
 from nnhydro.recordings.segment import Segment
 from nnhydro.recordings.surroundings import with_heading
@@ -37,6 +48,7 @@ class PredictedTorque:
     sliding: bool = False  # of a linear axis: N
     outside: Array | None = None  # (n,) how far each row lies outside what the model was trained on, 0 to 1; None: the model does not say
     cutoff_hz: float | None = None  # of the motion; None: every derivative was given, nothing was smoothed
+    notes: tuple[str, ...] = ()  # where the torques are less certain, and why
 
     @property
     def outside_share(self) -> float | None:
@@ -45,7 +57,8 @@ class PredictedTorque:
 
     def document(self) -> dict[str, Any]:
         """Return how the torques were computed, as the JSON file next to them holds it."""
-        return {"schema": SCHEMA, "name": self.name, "rows": len(self.t), "cutoff_hz": self.cutoff_hz, "outside_share": self.outside_share}
+        return {"schema": SCHEMA, "name": self.name, "rows": len(self.t), "cutoff_hz": self.cutoff_hz, "outside_share": self.outside_share,
+                "notes": list(self.notes)}
 
 
 def _finite_motion(recording: Recording) -> Recording:
@@ -97,6 +110,25 @@ def motion_filter(recording: Recording, cutoff_hz: float | None = None) -> Prepa
     """
     motion = _finite_motion(recording)
     return Preparation(None) if cutoff_hz is None and _complete(motion) else plan(iter([motion]), cutoff_hz)
+
+
+def _notes(motion: Recording, chosen: bool) -> tuple[str, ...]:
+    """Where the torques of this motion are less certain; `chosen`: the cut-off was chosen from it."""
+    found, spans = [], stretches(motion, with_torque=False)
+    jumps = gaps(np.diff(motion.t))
+    if len(jumps):
+        row = int(jumps[np.argmax(np.diff(motion.t)[jumps - 1])])
+        more = f" (and at {count_text(len(jumps) - 1, 'other row')})" if len(jumps) > 1 else ""
+        found.append(f"time jumps by {motion.t[row] - motion.t[row - 1]:.3g} s at row {row + 2}{more}: the parts before and after are "
+                     "predicted by themselves, as if the motion began anew")
+    lost = len(motion) - sum(stop - start for start, stop in spans)
+    if lost:
+        found.append(f"{count_text(lost, 'row')} in parts of fewer than {MIN_ROWS} rows: their accelerations, and torques, are guesses")
+    longest = max((float(motion.t[stop - 1] - motion.t[start]) for start, stop in spans), default=0.0)
+    if chosen and longest * LOWEST < 1.0:
+        found.append(f"{longest:.2g} s without a gap are too short to tell motion from noise (that takes {1 / LOWEST:g} s): give --cutoff, "
+                     "or a longer motion")
+    return tuple(f"{motion.name}: {text}" for text in found)
 
 
 def _whole(motion: Recording, how: Preparation) -> Segment:
@@ -161,7 +193,8 @@ def predict(model: TorqueModel, recording: Recording, cutoff_hz: float | None = 
     outside = None if domain is None or not others else others.pop(0)[:, 0]
     times = np.asarray(recording.t if recording.stamps is None else recording.stamps)
     cutoff = None if how.low_pass is None else how.low_pass.cutoff_hz
-    return PredictedTorque(recording.name, times, tau, others[0] if others else None, model.arm.sliding, outside, cutoff)
+    notes = _notes(recording, chosen=cutoff is not None and cutoff_hz is None)
+    return PredictedTorque(recording.name, times, tau, others[0] if others else None, model.arm.sliding, outside, cutoff, notes)
 
 
 def write_prediction(prediction: PredictedTorque, path: Path, inputs: Iterable[Path] = (),

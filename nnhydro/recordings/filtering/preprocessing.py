@@ -79,6 +79,12 @@ def order_remedy(steps: Array) -> str:
     return "two logs in one file, or a clock that was set? Split the file there or drop the rows"
 
 
+def gaps(steps: Array) -> NDArray[np.int64]:
+    """Return the numbers, from 0, of the rows before which time jumps; `steps` (n-1,) s are the differences of the times."""
+    median = float(np.median(steps[np.isfinite(steps)])) if np.isfinite(steps).any() else 1.0
+    return np.flatnonzero(~(steps < GAP * median)) + 1
+
+
 def stretches(r: Recording, with_torque: bool = True) -> tuple[tuple[int, int], ...]:
     """Return (first row, one past the last row) of each stretch of `r` that holds neither gaps nor NaN."""
     steps = time_steps(r)
@@ -86,9 +92,7 @@ def stretches(r: Recording, with_torque: bool = True) -> tuple[tuple[int, int], 
     for channel in (getattr(r, name) for name in MOTION + (("tau", "tau_sim") if with_torque else ())):
         if channel is not None:
             good &= np.isfinite(channel.reshape(len(r), -1)).all(axis=1)
-    median = float(np.median(steps[np.isfinite(steps)])) if np.isfinite(steps).any() else 1.0
-    jump = np.flatnonzero(~(steps < GAP * median)) + 1
-    edges = sorted({0, len(r), *jump.tolist(), *(np.flatnonzero(np.diff(good.astype(int))) + 1).tolist()})
+    edges = sorted({0, len(r), *gaps(steps).tolist(), *(np.flatnonzero(np.diff(good.astype(int))) + 1).tolist()})
     return tuple((a, b) for a, b in pairwise(edges) if good[a] and b - a >= MIN_ROWS)
 
 

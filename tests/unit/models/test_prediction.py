@@ -159,6 +159,21 @@ def test_a_gap_in_the_middle_is_predicted_on_both_sides():
     assert relative(prediction.tau[away], want[away]) < 0.02
 
 
+def test_a_gap_and_what_is_too_short_are_named():
+    t = np.concatenate([T[:200], T[200:] + 5.0])
+    motion = replace(motion_at(t), q=motion_at(T).q)
+    prediction = predict(model_of(arm(2)), motion)
+    assert prediction.document()["notes"] == list(prediction.notes)
+    assert [note.split(":")[1] for note in prediction.notes] == [" time jumps by 5.01 s at row 202"]
+    error = np.abs(prediction.tau - torques_at(T, arm(2)))[190:210].max() / np.abs(torques_at(T, arm(2))).max()
+    assert error < 0.02  # either side has an end of its own
+    (short,) = predict(model_of(arm(2)), motion_at(T[:30])).notes
+    assert "0.29 s without a gap are too short to tell motion from noise" in short
+    assert predict(model_of(arm(2)), motion_at(T[:30]), 8.0).notes == predict(model_of(arm(2)), motion_at(T)).notes == ()
+    (lost,) = predict(model_of(arm(2)), motion_at(np.delete(T, slice(5, 60)))).notes[1:]
+    assert "5 rows in parts of fewer than 12 rows" in lost
+
+
 @pytest.mark.parametrize("cut", [(5, 60), (200, 203), (430, 495)])
 def test_a_stretch_of_a_few_rows_beside_a_gap_gets_its_rows(cut):
     t = np.delete(T, slice(*cut))
