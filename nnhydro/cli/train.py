@@ -12,13 +12,17 @@ if TYPE_CHECKING:
     from nnhydro.models.learned.learned import LearnedTorque
 
 
-def _stoppable(work: Callable[[], "LearnedTorque"], again: str) -> "LearnedTorque":
-    """Do `work`; where it is interrupted, say the command that goes on."""
+def _stoppable(work: Callable[[], "LearnedTorque"], again: str, checkpoint: Path, record: Path) -> "LearnedTorque":
+    """Do `work`; where it is interrupted, say the command that goes on. Without a checkpoint, its record goes, too."""
     try:
         return work()
     except KeyboardInterrupt:
-        note(f"stopped; go on with: {again}")
+        note(f"stopped; go on with: {again} --resume" if checkpoint.exists() else
+             f"stopped before the first checkpoint, so there is nothing to resume; start anew with: {again}")
         raise
+    finally:
+        if not checkpoint.exists():
+            record.unlink(missing_ok=True)
 
 
 def _is_identity(record: Path) -> bool:
@@ -93,9 +97,9 @@ def train(
             for listen in listeners:
                 listen(epoch, epochs, error)
 
-        again = f"nnhydro train {shell_words(campaign, column_map)} --out {shell_words(out)} --resume"
-        again += f" --config {shell_words(config)}" if config else ""
-        model = _stoppable(lambda: fit(opened, chosen, checkpoint, progress), again)
+        again = f"nnhydro train {shell_words(campaign, column_map)} --out {shell_words(out)}"
+        again += "".join(f" {option} {shell_words(path)}" for option, path in (("--config", config), ("--tensorboard", tensorboard)) if path)
+        model = _stoppable(lambda: fit(opened, chosen, checkpoint, progress), again, checkpoint, record)
     save_model(model, out)
     checkpoint.unlink(missing_ok=True)
     record.unlink(missing_ok=True)

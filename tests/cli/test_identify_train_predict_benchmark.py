@@ -92,6 +92,22 @@ def test_train_writes_a_model_and_leaves_no_checkpoint(place, said, tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["m"]
 
 
+def test_a_training_stopped_before_its_first_checkpoint_leaves_nothing_and_promises_nothing(place, said, tmp_path, monkeypatch):
+    import nnhydro.fitting.network.train as training
+
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(training, "train", interrupted)
+    command = ("train", place / "campaign", "--out", tmp_path / "m", "--config", place / "tiny.toml")
+    code, _, err = said(*command)
+    assert code == 130
+    assert "stopped before the first checkpoint" in err
+    assert " ".join(map(str, command)) in err, "the options that were used"
+    assert "--resume" not in err
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_training_can_be_followed_in_tensorboard(place, said, tmp_path):
     from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
