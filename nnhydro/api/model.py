@@ -119,7 +119,7 @@ def train(campaign: Campaign | str | Path, config: TrainingConfig | str | Path |
     """Return a network or a hybrid trained on all recordings; a share of them is only watched, for early stopping.
 
     `config` is a TrainingConfig or a TOML file. With `checkpoint`, an interrupted training goes on from that file. `progress` is called
-    with epoch, epochs and validation error. Raises ConfigError or CampaignError.
+    with epoch, epochs and the rms validation error over the rms torque that is to be learned. Raises ConfigError or CampaignError.
     """
     chosen = read_config(Path(config)) if isinstance(config, str | Path) else config
     return Model(fit_network(campaign_of(campaign), chosen, None if checkpoint is None else Path(checkpoint), progress))

@@ -73,7 +73,7 @@ def _fail(message: str) -> int:
     return 2
 
 
-def _stopped() -> int:
+def _say_stopped() -> int:
     typer.echo("nnhydro: stopped; nothing half written was left behind", err=True)
     return INTERRUPTED
 
@@ -91,7 +91,7 @@ def run(arguments: list[str] | None = None) -> int:
     except typer.Exit as leave:
         return int(leave.exit_code)
     except (KeyboardInterrupt, typer.Abort):
-        return _stopped()
+        return _say_stopped()
     except OSError as error:
         remedy = REMEDIES.get(errno.errorcode.get(error.errno or 0, ""), "check the place and its permissions")
         where = f"{error.filename}: " if error.filename else ""
@@ -103,7 +103,7 @@ def run(arguments: list[str] | None = None) -> int:
             raise
         return _fail(f"{error.format_message()} (see nnhydro --help)")
     if result == INTERRUPTED:  # typer makes it of Ctrl-C
-        return _stopped()
+        return _say_stopped()
     return result if isinstance(result, int) else 0
 
 

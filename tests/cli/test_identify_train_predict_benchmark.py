@@ -92,6 +92,15 @@ def test_train_writes_a_model_and_leaves_no_checkpoint(place, said, tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["m"]
 
 
+def test_a_training_on_one_recording_warns_that_nothing_is_watched(place, said, tmp_path):
+    a = arm(1)
+    folder = write_folder(campaign(a, planted(a), 1, seconds=1.0), tmp_path / "c")
+    code, _, err = said("train", folder, "--config", place / "tiny.toml", "--out", tmp_path / "m")
+    assert code == 0
+    assert "warning: one recording: none is left to watch" in err
+    assert "% of the rms torque to be learned" in err
+
+
 def test_a_training_stopped_before_its_first_checkpoint_leaves_nothing_and_promises_nothing(place, said, tmp_path, monkeypatch):
     import nnhydro.fitting.network.train as training
 
