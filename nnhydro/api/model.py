@@ -62,16 +62,17 @@ class Model(ResultView):
         """Return the parameters, or how a network is built."""
         return (parameter_sheet(self.torque_model),)
 
-    def predict(self, motion: "Recording | pd.DataFrame | str | Path") -> Prediction:
+    def predict(self, motion: "Recording | pd.DataFrame | str | Path", cutoff_hz: float | None = None) -> Prediction:
         """Return what this rig's torque sensors would read for a motion: a row for every row; torque columns are ignored.
 
-        `motion` is a recording, a data frame with its columns, or a file. Raises RecordingError where the motion has gaps or NaN.
+        `motion` is a recording, a data frame with its columns, or a file. It is smoothed at `cutoff_hz`, chosen from it by default, unless
+        all derivatives are given. Raises RecordingError where it has NaN, ConfigError for a cut-off that it does not hold.
         """
         if isinstance(motion, str | Path):
             motion = read_recording(Path(motion), self.arm, torque=False)
         elif not isinstance(motion, Recording):
             motion = read_frame(motion, self.arm, torque=False)
-        return Prediction.of(prediction.predict(self.torque_model, motion))
+        return Prediction.of(prediction.predict(self.torque_model, motion, cutoff_hz))
 
     def export(self, file: str | Path) -> tuple[str, ...]:
         """Write the model for others and return what the file cannot hold: FILE.onnx (one step in time, all of any model), FILE.xml
@@ -118,7 +119,7 @@ def train(campaign: Campaign | str | Path, config: TrainingConfig | str | Path |
     """Return a network or a hybrid trained on all recordings; a share of them is only watched, for early stopping.
 
     `config` is a TrainingConfig or a TOML file. With `checkpoint`, an interrupted training goes on from that file. `progress` is called
-    with epoch, epochs and validation error. Raises ConfigError or CampaignError.
+    with epoch, epochs and the rms validation error over the rms torque that is to be learned. Raises ConfigError or CampaignError.
     """
     chosen = read_config(Path(config)) if isinstance(config, str | Path) else config
     return Model(fit_network(campaign_of(campaign), chosen, None if checkpoint is None else Path(checkpoint), progress))

@@ -30,11 +30,13 @@ class Prediction(ResultView):
     std: Array | None
     sliding: bool = False
     outside: Array | None = None  # (n,) 0 to 1, how far each row lies outside what the model was trained on
+    cutoff_hz: float | None = None  # at which the motion was smoothed; None: it was taken as given
+    notes: tuple[str, ...] = ()  # where the torques are less certain, and why
 
     @staticmethod
     def of(found: prediction.PredictedTorque) -> "Prediction":
         """Return what the model computed, ready to be shown."""
-        return Prediction(found.name, found.t, found.tau, found.std, found.sliding, found.outside)
+        return Prediction(found.name, found.t, found.tau, found.std, found.sliding, found.outside, found.cutoff_hz, found.notes)
 
     def __len__(self) -> int:
         return len(self.t)
@@ -66,4 +68,5 @@ class Prediction(ResultView):
 
     def save(self, path: str | Path) -> Path:
         """Write the torques to the CSV file `path`, whole or not at all; returns the path."""
-        return write_prediction(prediction.PredictedTorque(self.name, self.t, self.tau, self.std, self.sliding, self.outside), Path(path))
+        found = prediction.PredictedTorque(self.name, self.t, self.tau, self.std, self.sliding, self.outside, self.cutoff_hz)
+        return write_prediction(found, Path(path))

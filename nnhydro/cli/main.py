@@ -19,6 +19,7 @@ import nnhydro.cli as folder
 
 EPILOG = "Start with: nnhydro demo. Then: nnhydro check YOUR_CAMPAIGN, nnhydro benchmark YOUR_CAMPAIGN --out DIR."
 NOT_COMMANDS = ("main",)
+INTERRUPTED = 130  # exit code of Ctrl-C
 COLLECTED = 50_000, 20, 50  # new objects before Python looks for unused cycles: a million lasting ones, of imports, are looked through too
 REMEDIES = {"ENOSPC": "make room, or name another place", "EDQUOT": "make room, or name another place",
             "EFBIG": "raise the limit on the size of files (ulimit -f)", "EMFILE": "raise the limit on open files (ulimit -n)"}
@@ -72,6 +73,11 @@ def _fail(message: str) -> int:
     return 2
 
 
+def _say_stopped() -> int:
+    typer.echo("nnhydro: stopped; nothing half written was left behind", err=True)
+    return INTERRUPTED
+
+
 def run(arguments: list[str] | None = None) -> int:
     """Run the command line and return its exit code: 0, 2 for a user's error, 130 for Ctrl-C."""
     from nnhydro.errors import NnhydroError
@@ -85,8 +91,7 @@ def run(arguments: list[str] | None = None) -> int:
     except typer.Exit as leave:
         return int(leave.exit_code)
     except (KeyboardInterrupt, typer.Abort):
-        typer.echo("nnhydro: interrupted; nothing half written was left behind", err=True)
-        return 130
+        return _say_stopped()
     except OSError as error:
         remedy = REMEDIES.get(errno.errorcode.get(error.errno or 0, ""), "check the place and its permissions")
         where = f"{error.filename}: " if error.filename else ""
@@ -97,6 +102,8 @@ def run(arguments: list[str] | None = None) -> int:
         if not hasattr(error, "format_message"):
             raise
         return _fail(f"{error.format_message()} (see nnhydro --help)")
+    if result == INTERRUPTED:  # typer makes it of Ctrl-C
+        return _say_stopped()
     return result if isinstance(result, int) else 0
 
 

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from nnhydro.cli.terminal.output import JSON, MAP, QUIET, conclude, emit, note, say, shell_words
+from nnhydro.cli.terminal.output import CUTOFF, JSON, MAP, QUIET, conclude, emit, note, say, shell_words
 
 if TYPE_CHECKING:
     import numpy as np
@@ -20,16 +20,19 @@ APART = 1e-3  # of the rms of tau1: hub_Mz_Nm differs by more than the rounding 
 def predict(
     model: Path = typer.Argument(help="Folder of a model that identify, train or diagnose wrote."),
     files: list[Path] = typer.Argument(help="Motions: CSV or Parquet with t_s, q1_rad, ...; torque columns are ignored."),
-    out: Path = typer.Option(..., "--out", help="Folder for the torques, one CSV per motion."),
+    out: Path = typer.Option(..., "--out", help="Folder for the torques: one CSV per motion, and a JSON file on how it was computed."),
     strict: bool = typer.Option(False, "--strict", help="Refuse motions that look wrong or lie outside what the model was trained on."),
     hub: bool = typer.Option(False, "--hub", help="Also write force and moment on the base: hub_Fx_N, hub_Fy_N, hub_Mz_Nm."),
+    cutoff: float | None = CUTOFF,
     column_map: Path | None = MAP,
     quiet: bool = QUIET,
     json: bool = JSON,
 ) -> None:
     """Write the torques that sensors would read, row for row.
 
-    The output includes the faults of this rig's sensors and has one finite row for each row of the input.
+    The output includes the faults of this rig's sensors and has one finite row for each row of the input. Missing rates and accelerations
+    are derived from the motion, smoothed at a cut-off that is chosen from its noise and pace. The torque is not filtered: check, benchmark
+    and diagnose compare torques below the campaign's cut-off, so filter both alike before you compare them.
     """
     from nnhydro.deployment.compiled.torque import quickest
     from nnhydro.dynamics.hub import wrench_columns
@@ -41,6 +44,7 @@ def predict(
     from nnhydro.recordings.readers.column_map import read_column_map
     from nnhydro.recordings.readers.files import read_recording
     from nnhydro.recordings.survey import oddities_of
+    from nnhydro.runtime.files import json_text, write_output
     from nnhydro.runtime.stamp import refuse_foreign
 
     _require_files(files)
@@ -51,26 +55,33 @@ def predict(
     targets = [out / f"{stem}.csv" for stem in stems]
     for target in targets:
         refuse_foreign(target, files)
+        refuse_foreign(target.with_suffix(".json"), files)
     motions = every_one(files, lambda file: read_recording(file, loaded.arm, torque=False, column_map=mapping))
-    wrenches = [wrench_columns(loaded, motion) if hub else None for motion in motions]
+    wrenches = [wrench_columns(loaded, motion, cutoff) if hub else None for motion in motions]
     loaded = quickest(loaded, sum(len(motion) for motion in motions))
     odd = [line for motion in motions for line in oddities_of(motion, loaded.arm)]
-    predictions = [torques(loaded, motion) for motion in motions]
+    predictions = [torques(loaded, motion, cutoff) for motion in motions]
     shares = {prediction.name: prediction.outside_share for prediction in predictions}
     if strict:
         _require_familiar(model, odd, shares)
     written = [write_prediction(prediction, target, files, wrench)
                for prediction, target, wrench in zip(predictions, targets, wrenches, strict=True)]
+    for prediction, target in zip(predictions, targets, strict=True):
+        write_output(target.with_suffix(".json"), json_text(prediction.document()), files)
     if json:
         emit({"written": [str(path) for path in written], "rows": [len(prediction.t) for prediction in predictions],
-              "outside_share": list(shares.values()), "warnings": odd})
+              "cutoff_hz": [prediction.cutoff_hz for prediction in predictions], "outside_share": list(shares.values()), "warnings": odd,
+              "notes": [line for prediction in predictions for line in prediction.notes]})
         return
     for line in odd:
         note(f"warning {line}")
+    for line in (line for prediction in predictions for line in prediction.notes):
+        note(f"note {line}")
     for path, prediction in zip(written, predictions, strict=True):
         share = prediction.outside_share
         far = "" if not share else f", {share:.0%} of them outside what the model was trained on (column outside)"
-        say(f"{path}: {len(prediction.t)} rows{far}")
+        smooth = "" if prediction.cutoff_hz is None else f", motion smoothed at {prediction.cutoff_hz:.3g} Hz"
+        say(f"{path}: {len(prediction.t)} rows{smooth}{far}")
     for prediction, wrench in zip(predictions, wrenches, strict=True):
         _note_moment(prediction, wrench)
     conclude(_verdict(predictions, out), following=_next_steps(model, odd, predictions))

@@ -6,19 +6,36 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from nnhydro.cli.terminal.output import JSON, MAP, QUIET, conclude, emit, note, shell_words, show, use_of, warn_of_errors, without_bulk
+from nnhydro.cli.terminal.output import (
+    JSON,
+    MAP,
+    QUIET,
+    conclude,
+    emit,
+    note,
+    nothing_to_hold_out,
+    shell_words,
+    show,
+    use_of,
+    warn_of_errors,
+    without_bulk,
+)
 
 if TYPE_CHECKING:
     from nnhydro.models.learned.learned import LearnedTorque
 
 
-def _stoppable(work: Callable[[], "LearnedTorque"], again: str) -> "LearnedTorque":
-    """Do `work`; where it is interrupted, say the command that goes on."""
+def _stoppable(work: Callable[[], "LearnedTorque"], again: str, checkpoint: Path, record: Path) -> "LearnedTorque":
+    """Do `work`; where it is interrupted, say the command that goes on. Without a checkpoint, its record goes, too."""
     try:
         return work()
     except KeyboardInterrupt:
-        note(f"stopped; go on with: {again}")
+        note(f"stopped; go on with: {again} --resume" if checkpoint.exists() else
+             f"stopped before the first checkpoint, so there is nothing to resume; start anew with: {again}")
         raise
+    finally:
+        if not checkpoint.exists():
+            record.unlink(missing_ok=True)
 
 
 def _is_identity(record: Path) -> bool:
@@ -83,6 +100,9 @@ def train(
     refuse_inputs(out, [Path(chosen.baseline)])  # a model folder, perhaps
     opened = verify_campaign(campaign, column_map)
     unusable = warn_of_errors(opened)
+    if nothing_to_hold_out(len(opened.names), len(opened.steady)):
+        note("warning: one recording: none is left to watch for early stopping, and nothing tells whether what is learned holds for "
+             "another: record more, or use nnhydro identify")
     checkpoint, record = out.with_name(f"{out.name}.checkpoint.safetensors"), out.with_name(f"{out.name}.checkpoint.json")
     _begin(resume, out, checkpoint, record, {"config": chosen.model_dump(mode="json"), "campaign_sha256": opened.sha256()})
     with ExitStack() as open_:
@@ -93,9 +113,10 @@ def train(
             for listen in listeners:
                 listen(epoch, epochs, error)
 
-        again = f"nnhydro train {shell_words(campaign, column_map)} --out {shell_words(out)} --resume"
-        again += f" --config {shell_words(config)}" if config else ""
-        model = _stoppable(lambda: fit(opened, chosen, checkpoint, progress), again)
+        again = f"nnhydro train {shell_words(campaign, column_map)} --out {shell_words(out)}"
+        options = {"--config": config, "--tensorboard": tensorboard}
+        again += "".join(f" {name} {shell_words(path)}" for name, path in options.items() if path)
+        model = _stoppable(lambda: fit(opened, chosen, checkpoint, progress), again, checkpoint, record)
     save_model(model, out)
     checkpoint.unlink(missing_ok=True)
     record.unlink(missing_ok=True)

@@ -25,7 +25,7 @@ from nnhydro.effects.hypotheses.ambient_current import AmbientCurrent
 from nnhydro.errors import ModelError, require
 from nnhydro.models.corrected_simulation import CorrectedSimulation
 from nnhydro.models.learned.learned import LearnedTorque
-from nnhydro.models.prediction import on_rows
+from nnhydro.models.prediction import motion_filter, on_rows
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.flow import Flow
@@ -72,14 +72,15 @@ def _on_base(supplied: Tensor, joints: int) -> Tensor:
     return -torch.stack([supplied[:, joints], supplied[:, joints + 1], supplied[:, 0]], dim=1)
 
 
-def wrench_columns(model: TorqueModel, recording: Recording) -> dict[str, NDArray[np.float64]]:
+def wrench_columns(model: TorqueModel, recording: Recording, cutoff_hz: float | None = None) -> dict[str, NDArray[np.float64]]:
     """Return hub_Fx_N, hub_Fy_N and hub_Mz_Nm (n,) along a recorded motion, row for row, as `predict` returns torques.
 
     hub_Mz_Nm is not -tau1_Nm: friction, springs and what is learned at joint 1, the drive, and sensor faults are in tau1_Nm only.
     Raises ModelError for a network, RecordingError where the motion cannot be used.
     """
     mechanical = joint_model(model)
-    found = on_rows(lambda segment: [hub_wrench(mechanical, Motion.of(segment)).total.numpy()], model.arm.n_links, recording)
+    found = on_rows(lambda segment: [hub_wrench(mechanical, Motion.of(segment)).total.numpy()], model.arm.n_links, recording,
+                    motion_filter(recording, cutoff_hz))
     assert found is not None
     return dict(zip(COLUMNS, found[0].T, strict=True))
 

@@ -9,17 +9,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nnhydro.conventions import TIME, column
-from nnhydro.errors import RecordingError
+from nnhydro.errors import RecordingError, count_text
 from nnhydro.models.domain import DOMAIN, Domain
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.motion import Motion
-from nnhydro.recordings.filtering.preprocessing import MIN_ROWS, Preparation, even_rows, plan, prepare, slope_missing, time_steps
+from nnhydro.recordings.filtering.cutoff import LOWEST
+from nnhydro.recordings.filtering.preprocessing import (
+    MIN_ROWS,
+    Preparation,
+    even_rows,
+    gaps,
+    plan,
+    prepare,
+    slope_missing,
+    stretches,
+    time_steps,
+)
 from nnhydro.recordings.recording import MOTION, SURROUNDINGS, Recording
 from nnhydro.recordings.segment import Segment
 from nnhydro.recordings.surroundings import with_heading
 from nnhydro.runtime.files import write_output
 
 Array = NDArray[np.float64]
+SCHEMA = "nnhydro/prediction/1"
 Answers = Callable[[Segment], list[Array]]
 MOST_ROWS = 1_000_000  # of an even grid across a gap
 
@@ -35,11 +47,18 @@ class PredictedTorque:
     std: Array | None
     sliding: bool = False  # of a linear axis: N
     outside: Array | None = None  # (n,) how far each row lies outside what the model was trained on, 0 to 1; None: the model does not say
+    cutoff_hz: float | None = None  # of the motion; None: every derivative was given, nothing was smoothed
+    notes: tuple[str, ...] = ()  # where the torques are less certain, and why
 
     @property
     def outside_share(self) -> float | None:
         """Share of the rows that lie outside what the model was trained on; None where the model does not say."""
         return None if self.outside is None else float((self.outside > 0).mean())
+
+    def document(self) -> dict[str, Any]:
+        """Return how the torques were computed, as the JSON file next to them holds it."""
+        return {"schema": SCHEMA, "name": self.name, "rows": len(self.t), "cutoff_hz": self.cutoff_hz, "outside_share": self.outside_share,
+                "notes": list(self.notes)}
 
 
 def _finite_motion(recording: Recording) -> Recording:
@@ -83,14 +102,38 @@ def _complete(motion: Recording) -> bool:
     return motion.qd is not None and motion.qdd is not None and not slope_missing(motion)
 
 
-def _how(motion: Recording) -> Preparation:
-    """The low-pass that suits this motion, whose noise and pace need not be those of the campaign that the model was made with."""
-    return Preparation(None) if _complete(motion) else plan(iter([motion]))
+def motion_filter(recording: Recording, cutoff_hz: float | None = None) -> Preparation:
+    """Return the cut-off that suits this motion, whose noise and pace need not be those of the campaign that the model was made with.
+
+    A motion with all derivatives is not smoothed unless `cutoff_hz` is given. Raises ConfigError where the motion does not hold it, and
+    RecordingError where the motion is not finite or not in order of time.
+    """
+    motion = _finite_motion(recording)
+    return Preparation(None) if cutoff_hz is None and _complete(motion) else plan(iter([motion]), cutoff_hz)
+
+
+def _notes(motion: Recording, chosen: bool) -> tuple[str, ...]:
+    """Where the torques of this motion are less certain; `chosen`: the cut-off was chosen from it."""
+    found, spans = [], stretches(motion, with_torque=False)
+    jumps = gaps(np.diff(motion.t))
+    if len(jumps):
+        row = int(jumps[np.argmax(np.diff(motion.t)[jumps - 1])])
+        more = f" (and at {count_text(len(jumps) - 1, 'other row')})" if len(jumps) > 1 else ""
+        found.append(f"time jumps by {motion.t[row] - motion.t[row - 1]:.3g} s at row {row + 2}{more}: the parts before and after are "
+                     "predicted by themselves, as if the motion began anew")
+    lost = len(motion) - sum(stop - start for start, stop in spans)
+    if lost:
+        found.append(f"{count_text(lost, 'row')} in parts of fewer than {MIN_ROWS} rows: their accelerations, and torques, are guesses")
+    longest = max((float(motion.t[stop - 1] - motion.t[start]) for start, stop in spans), default=0.0)
+    if chosen and longest * LOWEST < 1.0:
+        found.append(f"{longest:.2g} s without a gap are too short to tell motion from noise (that takes {1 / LOWEST:g} s): give --cutoff, "
+                     "or a longer motion")
+    return tuple(f"{motion.name}: {text}" for text in found)
 
 
 def _whole(motion: Recording, how: Preparation) -> Segment:
-    """All of the motion as one segment: as it is given where nothing has to be derived, else bridged."""
-    if not _complete(motion):
+    """All of the motion as one segment: as it is given where nothing is smoothed, else bridged."""
+    if how.low_pass is not None:
         (segment,) = prepare(_bridge(motion), how, with_torque=False)
         return segment
     n, zero = len(motion), np.zeros(len(motion))
@@ -105,15 +148,15 @@ def _at(times: Array, grid: Array, values: Array) -> Array:
     return np.column_stack([np.interp(times, grid, column) for column in values.T])
 
 
-def on_rows(answers: Answers, links: int, recording: Recording) -> list[Array] | None:
+def on_rows(answers: Answers, links: int, recording: Recording, how: Preparation) -> list[Array] | None:
     """Return `answers` for the motion of `recording` of an arm with `links` joints, (n, k) each, row for row; None where there are none.
 
-    Raises RecordingError where the arm has another number of joints, or where the motion is not finite or not in order of time.
+    `how` is its `motion_filter`. Raises RecordingError where the arm has another number of joints, or where the motion is not finite or
+    not in order of time.
     """
     if recording.n_links != links:
         raise RecordingError(f"{recording.name}: has {recording.n_links} joint(s), the model's arm has {links}")
     motion = _finite_motion(recording)
-    how = _how(motion)
     segments = list(prepare(motion, how, with_torque=False))
     if sum(segment.stop_row - segment.start_row for segment in segments) != len(motion):
         segments.insert(0, replace(_whole(motion, how), start_row=0, stop_row=len(motion)))
@@ -128,11 +171,14 @@ def on_rows(answers: Answers, links: int, recording: Recording) -> list[Array] |
     return found
 
 
-def predict(model: TorqueModel, recording: Recording) -> PredictedTorque:
+def predict(model: TorqueModel, recording: Recording, cutoff_hz: float | None = None) -> PredictedTorque:
     """Return the sensor torques of `model` for the motion of `recording` (its torque is ignored), row for row.
 
-    Raises RecordingError where the arm has another number of joints, or where the motion is not finite or not in order of time.
+    The motion is smoothed at `cutoff_hz`, by default the cut-off that suits its own noise and pace; the torque is not filtered. Raises
+    RecordingError where the arm has another number of joints, or where the motion is not finite or not in order of time, and ConfigError
+    where it does not hold `cutoff_hz`.
     """
+    how = motion_filter(recording, cutoff_hz)
     domain = Domain.parse(model.fit.get(DOMAIN))
 
     def answers(segment: Segment) -> list[Array]:
@@ -140,13 +186,15 @@ def predict(model: TorqueModel, recording: Recording) -> PredictedTorque:
         motion = Motion.of(segment)
         far = [] if domain is None else [domain.outside(motion, model.arm)[:, None]]
         tau, std = model.torque_and_std(motion)
-        return [segment.filter(tau.numpy()), *far, *([] if std is None else [std.numpy()])]
+        return [tau.numpy(), *far, *([] if std is None else [std.numpy()])]
 
-    found = on_rows(answers, model.arm.n_links, recording) or [np.empty((len(recording), model.arm.n_links))]
+    found = on_rows(answers, model.arm.n_links, recording, how) or [np.empty((len(recording), model.arm.n_links))]
     tau, *others = found
     outside = None if domain is None or not others else others.pop(0)[:, 0]
     times = np.asarray(recording.t if recording.stamps is None else recording.stamps)
-    return PredictedTorque(recording.name, times, tau, others[0] if others else None, model.arm.sliding, outside)
+    cutoff = None if how.low_pass is None else how.low_pass.cutoff_hz
+    notes = _notes(recording, chosen=cutoff is not None and cutoff_hz is None)
+    return PredictedTorque(recording.name, times, tau, others[0] if others else None, model.arm.sliding, outside, cutoff, notes)
 
 
 def write_prediction(prediction: PredictedTorque, path: Path, inputs: Iterable[Path] = (),

@@ -92,6 +92,31 @@ def test_train_writes_a_model_and_leaves_no_checkpoint(place, said, tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["m"]
 
 
+def test_a_training_on_one_recording_warns_that_nothing_is_watched(place, said, tmp_path):
+    a = arm(1)
+    folder = write_folder(campaign(a, planted(a), 1, seconds=1.0), tmp_path / "c")
+    code, _, err = said("train", folder, "--config", place / "tiny.toml", "--out", tmp_path / "m")
+    assert code == 0
+    assert "warning: one recording: none is left to watch" in err
+    assert "% of the rms torque to be learned" in err
+
+
+def test_a_training_stopped_before_its_first_checkpoint_leaves_nothing_and_promises_nothing(place, said, tmp_path, monkeypatch):
+    import nnhydro.fitting.network.train as training
+
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(training, "train", interrupted)
+    command = ("train", place / "campaign", "--out", tmp_path / "m", "--config", place / "tiny.toml")
+    code, _, err = said(*command)
+    assert code == 130
+    assert "stopped before the first checkpoint" in err
+    assert " ".join(map(str, command)) in err, "the options that were used"
+    assert "--resume" not in err
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_training_can_be_followed_in_tensorboard(place, said, tmp_path):
     from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
@@ -146,6 +171,9 @@ def test_predict_writes_a_row_for_every_row(place, model, said, tmp_path):
     assert document["written"] == [str(tmp_path / "torques" / "motion.csv")]
     assert document["rows"] == [200]
     assert 0 <= document["outside_share"][0] < 0.2
+    beside = strict((tmp_path / "torques" / "motion.json").read_text())
+    assert document["cutoff_hz"] == [beside["cutoff_hz"]]
+    assert beside["cutoff_hz"] > 1.0
     header, *rows = (tmp_path / "torques" / "motion.csv").read_text().splitlines()
     assert header == "t_s,tau1_Nm,tau2_Nm,outside"
     source = [line.split(",") for line in motion.read_text().splitlines()[1:]]
@@ -154,10 +182,19 @@ def test_predict_writes_a_row_for_every_row(place, model, said, tmp_path):
     assert np.isfinite(values).all()
 
 
+def test_predict_takes_a_cutoff_and_says_which_it_used(place, model, said, tmp_path):
+    command = ("predict", model, place / "campaign" / "unseen" / "motion.csv", "--out", tmp_path / "torques", "--cutoff")
+    code, out, _ = said(*command, "3.5")
+    assert code == 0
+    assert "motion smoothed at 3.5 Hz" in out
+    one_line(said(*command, "500"), "above half the sampling rate", "--cutoff")
+
+
 def test_predict_takes_many_files_and_refuses_two_of_a_name(place, model, said, tmp_path):
     files = sorted((place / "campaign" / "recordings").glob("*.csv"))
     assert said("predict", model, *files, "--out", tmp_path / "torques")[0] == 0
-    assert sorted(p.name for p in (tmp_path / "torques").iterdir() if p.name != STAMP) == [p.name for p in files]
+    written = sorted(p.name for p in (tmp_path / "torques").iterdir() if p.name != STAMP)
+    assert written == sorted(name for p in files for name in (p.name, f"{p.stem}.json"))
     other = tmp_path / "other" / files[0].name
     other.parent.mkdir()
     other.write_text(files[0].read_text())

@@ -8,7 +8,8 @@ from pathlib import Path
 from nnhydro.cli.terminal.output import note, quiet
 from nnhydro.errors import missing_extra
 
-OnEpoch = Callable[[int, int, float], None]  # epoch, epochs, validation error
+OnEpoch = Callable[[int, int, float], None]  # epoch, epochs, validation error in units of the rms torque to be learned
+OF = "of the rms torque to be learned"
 LINES = 20  # where there is no terminal
 
 
@@ -23,7 +24,7 @@ def _lines() -> OnEpoch:
             (start, first), (now, _) = began[0], began[-1]
             pace = (now - start) / (epoch - first) if epoch > first else None
             left = "" if pace is None or epoch == epochs else f", {pace * (epochs - epoch):.0f} s left at most"
-            note(f"epoch {epoch}/{epochs}: validation error {error:.3g}{left}")
+            note(f"epoch {epoch}/{epochs}: validation error {100 * error:.3g} % {OF}{left}")
 
     return report
 
@@ -38,11 +39,12 @@ def epochs_on_screen() -> Iterator[OnEpoch]:
     if not console.is_terminal or quiet():
         yield _lines()
         return
-    columns = (TextColumn("epoch {task.completed}/{task.total}"), BarColumn(), TextColumn("validation error {task.fields[error]:.3g}"),
-               TimeElapsedColumn(), TextColumn("left at most"), TimeRemainingColumn())
+    columns = (TextColumn("epoch {task.completed}/{task.total}"), BarColumn(),
+               TextColumn(f"validation error {{task.fields[error]:.3g}} % {OF}"), TimeElapsedColumn(), TextColumn("left at most"),
+               TimeRemainingColumn())
     with Progress(*columns, console=console) as bar:
         task = bar.add_task("training", total=None, error=float("nan"))
-        yield lambda epoch, epochs, error: bar.update(task, completed=epoch, total=epochs, error=error)
+        yield lambda epoch, epochs, error: bar.update(task, completed=epoch, total=epochs, error=100 * error)
 
 
 def time_left(began: float, done: int, total: int | None) -> str:

@@ -24,7 +24,7 @@ from nnhydro.runtime.files import write_bytes
 
 BETA1, BETA2, TINY = 0.9, 0.99, 1e-8
 RISE = 0.05  # of the way to the last step
-Progress = Callable[[int, int, float], None]  # epoch, epochs, mean validation error
+Progress = Callable[[int, int, float], None]  # epoch, epochs, rms validation error in units of the rms torque that is to be learned
 
 
 @final
@@ -183,7 +183,8 @@ def gradient_fit(layout: Ensemble, rows: Rows, watched: Tensor, config: Training
                  checkpoint: Callable[[TrainingState], None] | None = None, progress: Progress | None = None) -> Ensemble:
     """Return the ensemble at each member's best epoch; `watched` (members, units); continues from `state`.
 
-    `checkpoint` is called after every epoch; stopping (Ctrl-C) between two calls loses at most one epoch.
+    `checkpoint` is called after every epoch; stopping (Ctrl-C) between two calls loses at most one epoch. `progress` hears the errors of
+    all joints as one relative rms.
     """
     watch = watched[:, rows.unit]
     seen = watch if bool(watch.any()) else ~watch
@@ -196,5 +197,5 @@ def gradient_fit(layout: Ensemble, rows: Rows, watched: Tensor, config: Training
         if checkpoint is not None:
             checkpoint(state)
         if progress is not None:
-            progress(state.epoch, config.epochs, state.history[-1])
+            progress(state.epoch, config.epochs, (state.history[-1] / rows.target.shape[1]) ** 0.5)
     return layout.with_tensors([w.double() for w in state.best]).times(task.r.double().expand(layout.members, 1, -1))

@@ -3,7 +3,8 @@
 Angles are low-passed at twice the cut-off and differentiated by the derivative of a quintic spline, which is exact to 0.1 % up to
 a quarter of the sampling rate (a first difference loses 10 % of an acceleration at 9 Hz and 100 Hz sampling). Torque and model
 then pass through the low-pass at the cut-off itself, where the first filter has a gain of 0.996: what remains of the first
-filter does not bias the comparison.
+filter does not bias the comparison. Without a torque nothing is compared: a smoothing spline then takes the motion at the cut-off
+itself, and the torque of the model is not filtered.
 
 Source: McLain & Rock (1998), section 2 (zero-phase low-pass, half-sample shift); the two cut-offs and the spline are ours.
 """
@@ -19,11 +20,13 @@ from numpy.typing import NDArray
 from nnhydro.errors import RecordingError, count_text
 from nnhydro.recordings.filtering.cutoff import choose_cutoff, require_cutoff
 from nnhydro.recordings.filtering.low_pass import LowPass
+from nnhydro.recordings.filtering.spline import SmoothingSpline
 from nnhydro.recordings.recording import MOTION, Recording, SteadyTable
 from nnhydro.recordings.segment import Segment
 from nnhydro.recordings.surroundings import with_heading
 
 Array = NDArray[np.float64]
+Smoother = LowPass | SmoothingSpline
 GAP = 10.0  # a step of time longer than so many median steps is a gap: recordings are split there
 SHUFFLED, REVERSED = 0.1, 0.9  # of the steps that run backward: two logs in one file give one, rows at random half of them
 CLOSE = 0.25  # of the median step: nearer rows count as one
@@ -76,6 +79,12 @@ def order_remedy(steps: Array) -> str:
     return "two logs in one file, or a clock that was set? Split the file there or drop the rows"
 
 
+def gaps(steps: Array) -> NDArray[np.int64]:
+    """Return the numbers, from 0, of the rows before which time jumps; `steps` (n-1,) s are the differences of the times."""
+    median = float(np.median(steps[np.isfinite(steps)])) if np.isfinite(steps).any() else 1.0
+    return np.flatnonzero(~(steps < GAP * median)) + 1
+
+
 def stretches(r: Recording, with_torque: bool = True) -> tuple[tuple[int, int], ...]:
     """Return (first row, one past the last row) of each stretch of `r` that holds neither gaps nor NaN."""
     steps = time_steps(r)
@@ -83,9 +92,7 @@ def stretches(r: Recording, with_torque: bool = True) -> tuple[tuple[int, int], 
     for channel in (getattr(r, name) for name in MOTION + (("tau", "tau_sim") if with_torque else ())):
         if channel is not None:
             good &= np.isfinite(channel.reshape(len(r), -1)).all(axis=1)
-    median = float(np.median(steps[np.isfinite(steps)])) if np.isfinite(steps).any() else 1.0
-    jump = np.flatnonzero(~(steps < GAP * median)) + 1
-    edges = sorted({0, len(r), *jump.tolist(), *(np.flatnonzero(np.diff(good.astype(int))) + 1).tolist()})
+    edges = sorted({0, len(r), *gaps(steps).tolist(), *(np.flatnonzero(np.diff(good.astype(int))) + 1).tolist()})
     return tuple((a, b) for a, b in pairwise(edges) if good[a] and b - a >= MIN_ROWS)
 
 
@@ -162,15 +169,14 @@ def resample(r: Recording, start: int, stop: int) -> Recording:
     return replace(part, t=grid, **even, clock=None, steps=(*part.steps, f"resampled to {1 / (grid[1] - grid[0]):.6g} Hz"))
 
 
-def _rates(r: Recording, how: Preparation) -> tuple[Array, Array, Array]:
-    """Angles, rates and accelerations of an evenly sampled recording."""
+def _rates(r: Recording, how: Preparation, state: Smoother | None) -> tuple[Array, Array, Array]:
+    """Angles, rates and accelerations of an evenly sampled recording, passed through `state`."""
     dt = float(r.t[1] - r.t[0])
-    if how.low_pass is None:
+    if state is None:
         if r.qd is not None and r.qdd is not None:
             return r.q, r.qd, r.qdd
         qd = r.qd if r.qd is not None else derivatives(r.q, dt, 1)
         return r.q, qd, derivatives(r.q, dt, 2) if r.qdd is None else r.qdd
-    state = LowPass(STATE_OVER_CUTOFF * how.low_pass.cutoff_hz, how.low_pass.order)
     q = state.apply(r.q, dt)
     measured = r.qd is not None and (how.rates_from == "qd" or r.qdd is not None)
     qd = state.apply(r.qd, dt) if measured and r.qd is not None else derivatives(q, dt, 1)
@@ -179,23 +185,22 @@ def _rates(r: Recording, how: Preparation) -> tuple[Array, Array, Array]:
     return q, qd, derivatives(qd, dt, 1) if measured else derivatives(q, dt, 2)
 
 
-def _rate_and_slope(rate: Array | None, slope: Array | None, dt: float, how: Preparation) -> tuple[Array | None, Array | None]:
+def _rate_and_slope(rate: Array | None, slope: Array | None, dt: float, state: Smoother | None) -> tuple[Array | None, Array | None]:
     """A speed (n, ...) of what carries the arm, low-passed as angles are, and its time derivative, given or derived."""
     if rate is None:
         return None, None
-    state = None if how.low_pass is None else LowPass(STATE_OVER_CUTOFF * how.low_pass.cutoff_hz, how.low_pass.order)
     smooth = rate if state is None else state.apply(rate, dt)
     if slope is None:
         return smooth, derivatives(smooth, dt, 1)
     return smooth, slope if state is None else state.apply(slope, dt)
 
 
-def surroundings(r: Recording, how: Preparation) -> dict[str, Any]:
-    """Return what a segment holds of base and water of the evenly sampled recording `r`, its accelerations included."""
+def surroundings(r: Recording, state: Smoother | None) -> dict[str, Any]:
+    """Return what a segment holds of base and water of the evenly sampled recording `r`, passed through `state`, with accelerations."""
     dt, zero = float(r.t[1] - r.t[0]), np.zeros(len(r))
-    u0, du0 = _rate_and_slope(r.u0, r.du0, dt, how)
-    base, dbase = _rate_and_slope(r.base, r.dbase, dt, how)
-    current, dcurrent = _rate_and_slope(r.current, r.dcurrent, dt, how)
+    u0, du0 = _rate_and_slope(r.u0, r.du0, dt, state)
+    base, dbase = _rate_and_slope(r.base, r.dbase, dt, state)
+    current, dcurrent = _rate_and_slope(r.current, r.dcurrent, dt, state)
     return {"u0": zero if u0 is None else u0, "du0": zero if du0 is None else du0, "base": base, "dbase": dbase, "heading": r.heading,
             "current": current, "dcurrent": dcurrent}
 
@@ -210,20 +215,35 @@ def _compared_rows(n: int, dt: float, how: Preparation) -> NDArray[np.bool_]:
     return keep
 
 
+def _state_filter(how: Preparation, with_torque: bool) -> Smoother | None:
+    """What the motion passes before it is differentiated; None where nothing is filtered."""
+    if how.low_pass is None:
+        return None
+    if not with_torque:
+        return SmoothingSpline(how.low_pass.cutoff_hz)
+    return LowPass(STATE_OVER_CUTOFF * how.low_pass.cutoff_hz, how.low_pass.order)
+
+
 def prepare(r: Recording, how: Preparation, with_torque: bool = True) -> Iterator[Segment]:
-    """Yield the segments of `r`: even, gap-free, with derivatives, torque filtered; raise RecordingError where time is out of order."""
+    """Yield the segments of `r`: even, gap-free, with derivatives, torque filtered; raise RecordingError where time is out of order.
+
+    Without the torque nothing is compared: the motion passes the cut-off itself, and the segments have no low-pass.
+    """
     r = with_heading(r if with_torque else r.without_torque())
+    state = _state_filter(how, with_torque)
+    compared = how if with_torque else Preparation(None)
     for start, stop in stretches(r, with_torque):
         part = resample(r, start, stop)
         dt = float(part.t[1] - part.t[0])
-        q, qd, qdd = _rates(part, how)
-        around = surroundings(part, how)
+        q, qd, qdd = _rates(part, how, state)
+        around = surroundings(part, state)
 
         def smooth(x: Array | None, dt: float = dt) -> Array | None:
             return x if x is None or how.low_pass is None else how.low_pass.apply(x, dt)
 
         yield Segment(r.name, np.asarray(part.t), q, qd, qdd, tau=smooth(part.tau) if with_torque else None,
-                      keep=_compared_rows(len(part), dt, how), low_pass=how.low_pass, tau_sim=smooth(part.tau_sim) if with_torque else None,
+                      keep=_compared_rows(len(part), dt, compared), low_pass=compared.low_pass,
+                      tau_sim=smooth(part.tau_sim) if with_torque else None,
                       tau_raw=part.tau if with_torque else None, start_row=start, stop_row=stop, **around)
 
 

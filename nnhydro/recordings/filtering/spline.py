@@ -6,7 +6,13 @@ A record whose constant explains as much as a spline does, but for noise, is at 
 
     sum w |x - constant|^2 - sum w |x - B c|^2 <= m + AT_REST sqrt(2 m)        chi-squared of the m coefficients of c
 
-Source: regression splines, de Boor (1978).
+A smoothing spline through one record on even times leaves out what lies above a cut-off:
+
+    minimise  sum (x - s)^2 dt + (2 pi f_c)^-10 integral (s^(5))^2 dt        gain(f) = 1 / (1 + (f/f_c)^10)
+
+Its ends are as free as the record: no row is invented beyond them, as the padding of a filter does.
+
+Source: de Boor (1978), chapter 14; the gain of a smoothing spline, Silverman (1984), Ann. Stat. 12, 898.
 """
 
 from collections.abc import Collection, Sequence
@@ -22,6 +28,7 @@ KNOTS_PER_PERIOD = 4.0  # of the band's edge: the spline passes all below it
 SHARPER = 4.0  # times as many knots where accelerations are measured: they hold the corners of a motion
 AT_REST = 4.0  # standard deviations above the mean of chi-squared up to which all that a spline explains is noise
 DEGREE = 5
+STIFFEST = 1e5  # times the weight of the record: pieces far shorter than a period are quartics anyway
 
 
 def _basis(t: Array, knots: Array, order: int) -> Any:
@@ -93,3 +100,26 @@ class RegressionSplines:
         Hc = sum(self.bases[order].T @ ((self.bases[order] @ c) * w) for order, _, w in channels)
         made: Array = (c * (2 * g - Hc)).sum(axis=0)
         return made
+
+
+@final
+@dataclass(frozen=True)
+class SmoothingSpline:
+    """The smoothing spline of a motion without a torque: it passes what lies below `cutoff_hz` Hz."""
+
+    cutoff_hz: float
+
+    def apply(self, x: Array, dt: float) -> Array:
+        """Return `x` (n, ...) evenly sampled every `dt` s, smoothed along its first axis; a linear operator on `x`."""
+        from scipy.linalg import cho_solve_banded, cholesky_banded
+
+        t, flat = np.arange(len(x), dtype=np.float64) * dt, x.reshape(len(x), -1)
+        splines = RegressionSplines.of(t, 2 * self.cutoff_hz, (0,))  # knots so close that the stiffness alone smooths
+        edges = np.unique(splines.knots)
+        width = float(edges[1] - edges[0])  # s; the fifth derivative is constant from knot to knot
+        bent = _basis((edges[1:] + edges[:-1]) / 2, splines.knots, DEGREE) * width**DEGREE
+        stiffness = min((2 * np.pi * self.cutoff_hz * width) ** (-2 * DEGREE), STIFFEST) * width / dt
+        B = splines.bases[0]
+        c = cho_solve_banded((cholesky_banded(splines.bands[0] + stiffness * _bands(bent)), False), B.T @ flat)
+        result: Array = np.ascontiguousarray(B @ c).reshape(x.shape)
+        return result

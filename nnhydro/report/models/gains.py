@@ -21,6 +21,7 @@ STYLES: dict[str, dict[str, Any]] = {
     "dry arm": {"color": "#777777", "linestyle": (0, (6, 1.5, 1, 1.5)), "linewidth": 1.2},
 }
 AXIS = {"speed_rad_s": "speed of joint {} [rad/s]", "angle_rad": "angle of joint {} [rad]"}
+USUAL = 0.97  # of the values are no larger than what is usual
 PEAK = 1.6  # times the height outside the narrow peak that dry friction makes at rest: taller peaks are cut off
 
 
@@ -38,10 +39,22 @@ def _panel(ax: "Axes", sweep: Sweep, quantity: str, name: str) -> None:
     _limit(ax, [line.get_ydata() for line in ax.lines], quantity)
 
 
+def _usual(values: NDArray[np.float64]) -> float:
+    """The largest of the sorted values (n,) but for a narrow peak."""
+    return float(values[int(USUAL * (len(values) - 1))])
+
+
+def _damping_text(sweep: Sweep, label: str, at: int) -> str:
+    """The damping at row `at` of a sweep; at rest, the slope of dry friction is marked as such."""
+    values = np.asarray(sweep.damping(label), dtype=float)
+    peak = at == (len(values) - 1) // 2 and values[at] > PEAK * max(_usual(np.sort(values)), 0.0)
+    return f"{values[at]:.4g}{' (slope of dry friction)' if peak else ''}"
+
+
 def _limit(ax: "Axes", lines: Sequence[Any], quantity: str) -> None:
     """Show zero, and cut off the peak of dry friction at rest where it dwarfs the rest."""
     values: NDArray[np.float64] = np.sort(np.concatenate([np.asarray(line, dtype=float) for line in lines]))
-    top, usual = float(values[-1]), float(values[int(0.97 * (len(values) - 1))])
+    top, usual = float(values[-1]), _usual(values)
     low = min(0.0, float(values[0]))
     if quantity == "damping" and usual > 0 and top > PEAK * usual:
         ax.annotate(f"peak {top:.2g} at rest\n(dry friction) cut off", (0.47, 0.97), xycoords="axes fraction", ha="right", va="top",
@@ -72,7 +85,7 @@ SHARES = (0.0, 0.25, 0.5, 1.0)  # of the greatest speed
 
 
 def gain_rows(made: Sequence[Sweep]) -> tuple[list[str], list[list[str]]]:
-    """Return the columns and rows of the table, one row per joint and speed."""
+    """Return the columns and rows of the table, one row per joint and speed; the slope of dry friction at rest is marked."""
     by_speed = [sweep for sweep in made if sweep.over == "speed_rad_s"]
     labels = list(by_speed[0].gains)
     wet = [label for label in labels if label != "dry arm"]
@@ -82,7 +95,7 @@ def gain_rows(made: Sequence[Sweep]) -> tuple[list[str], list[list[str]]]:
         middle = (len(sweep.values) - 1) // 2
         for share in SHARES:
             at = middle + round(share * middle)
-            rows.append([str(sweep.joint + 1), f"{float(sweep.values[at]):.2f}", *(f"{float(sweep.damping(x)[at]):.4g}" for x in wet),
+            rows.append([str(sweep.joint + 1), f"{float(sweep.values[at]):.2f}", *(_damping_text(sweep, x, at) for x in wet),
                          *(f"{float(sweep.inertia(x)[at]):.4g}" for x in labels)])
     return columns, rows
 

@@ -50,6 +50,18 @@ def _learned_sheets(model: LearnedTorque) -> Sheet:
                                                 Column("is", [None if v is None else str(v) for v in rows.values()], words=True)))
 
 
+def _use(model: TorqueModel, base: str | None) -> str:
+    """How much of what was learned the model uses, where that is not all."""
+    nothing = not any(model.fit["best_epoch"])
+    text = "; no network improved on its start, so the networks add no torque" if nothing else ""
+    if not isinstance(model, LearnedTorque) or model.trust is None or base is None:
+        return text
+    used = [f"{100 * share:.0f} %" for share in model.trust.tolist()]
+    if not bool(model.trust.any()):
+        return f"{text}; nothing learned is used: the torques are those of {base}"
+    return f"{text}; of what was learned beside {base}, {' and '.join(used)} {'are' if len(used) > 1 else 'is'} used, by joint"
+
+
 def model_sentence(model: TorqueModel) -> str:
     """Return what the model is, in one sentence."""
     base = getattr(model.baseline, "name", model.baseline.kind) if isinstance(model, LearnedTorque) and model.baseline else None
@@ -62,7 +74,8 @@ def model_sentence(model: TorqueModel) -> str:
         return f"{text}; rms residual by joint {left} {say('N m')}, on the {count_text(model.fit['recordings'], 'recording')} of the fit."
     if "best_epoch" in model.fit:
         best = ", ".join(f"{epoch:g}" for epoch in model.fit["best_epoch"])
-        return f"{text}; trained for {model.fit['epochs']} epochs, lowest validation error at epochs {best}, one for each member."
+        text += f"; trained for {model.fit['epochs']} epochs, lowest validation error at epochs {best}, one for each member"
+        return f"{text}{_use(model, base)}."
     return f"{text}."
 
 

@@ -72,10 +72,31 @@ def test_the_low_pass_suits_the_motion_and_not_the_campaign_that_the_model_was_m
 def test_noise_of_the_encoders_is_smoothed_before_it_is_differentiated():
     noisy = replace(motion_at(T), q=motion_at(T).q + 2e-4 * np.random.default_rng(0).standard_normal((len(T), 2)))
     want, smoothed = torques_at(T, arm(2)), predict(model_of(arm(2)), noisy).tau
-    (segment,) = prepare(noisy, Preparation(LowPass(1e3)), with_torque=False)
+    (segment,) = prepare(noisy, Preparation(None), with_torque=False)
     rough = model_of(arm(2)).torque(Motion.of(segment)).numpy()
     assert relative(smoothed[50:-50], want[50:-50]) < 0.1
     assert relative(rough[50:-50], want[50:-50]) > 1.0
+
+
+@pytest.mark.parametrize(("degrees", "inside", "whole"), [(0.0, 0.002, 0.01), (0.01, 0.02, 0.03), (0.05, 0.05, 0.06)])
+def test_torques_of_noisy_angles_lose_neither_the_motion_nor_the_ends(degrees, inside, whole):
+    q = motion_at(T).q + np.radians(degrees) * np.random.default_rng(0).standard_normal((len(T), 2))
+    want = torques_at(T, arm(2))
+    error = predict(model_of(arm(2)), replace(motion_at(T), q=q)).tau - want
+    for rows, largest in ((slice(50, -50), inside), (slice(None), whole)):
+        assert float(np.sqrt((error[rows] ** 2).mean() / (want[rows] ** 2).mean())) < largest
+
+
+def test_a_given_cutoff_replaces_the_chosen_one_and_smooths_given_derivatives_too():
+    a = arm(2)
+    r = recording(a, planted(a), speed=0.4)
+    chosen, given_one = predict(model_of(a), motion_at(T)), predict(model_of(a), motion_at(T), 2.0)
+    assert given_one.cutoff_hz == 2.0 != chosen.cutoff_hz
+    assert not np.allclose(given_one.tau, chosen.tau)
+    assert predict(model_of(a), r).cutoff_hz is None
+    assert not np.allclose(predict(model_of(a), r, 1.0).tau, r.tau)
+    with pytest.raises(NnhydroError, match="above half the sampling rate"):
+        predict(model_of(a), motion_at(T), 80.0)
 
 
 def test_given_derivatives_are_taken_as_they_are():
@@ -136,6 +157,21 @@ def test_a_gap_in_the_middle_is_predicted_on_both_sides():
     prediction = complete(predict(model_of(arm(2)), motion_at(t)), motion_at(t))
     want, away = torques_at(t, arm(2)), np.r_[50:150, 250:390]
     assert relative(prediction.tau[away], want[away]) < 0.02
+
+
+def test_a_gap_and_what_is_too_short_are_named():
+    t = np.concatenate([T[:200], T[200:] + 5.0])
+    motion = replace(motion_at(t), q=motion_at(T).q)
+    prediction = predict(model_of(arm(2)), motion)
+    assert prediction.document()["notes"] == list(prediction.notes)
+    assert [note.split(":")[1] for note in prediction.notes] == [" time jumps by 5.01 s at row 202"]
+    error = np.abs(prediction.tau - torques_at(T, arm(2)))[190:210].max() / np.abs(torques_at(T, arm(2))).max()
+    assert error < 0.02  # either side has an end of its own
+    (short,) = predict(model_of(arm(2)), motion_at(T[:30])).notes
+    assert "0.29 s without a gap are too short to tell motion from noise" in short
+    assert predict(model_of(arm(2)), motion_at(T[:30]), 8.0).notes == predict(model_of(arm(2)), motion_at(T)).notes == ()
+    (lost,) = predict(model_of(arm(2)), motion_at(np.delete(T, slice(5, 60)))).notes[1:]
+    assert "5 rows in parts of fewer than 12 rows" in lost
 
 
 @pytest.mark.parametrize("cut", [(5, 60), (200, 203), (430, 495)])

@@ -29,5 +29,5 @@ def test_a_training_without_a_terminal_is_a_line_every_twentieth_of_the_way(caps
             report(epoch, 100, 0.25)
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == progress.LINES
-    assert lines[0] == "epoch 5/100: validation error 0.25, 95 s left at most"
-    assert lines[-1] == "epoch 100/100: validation error 0.25"
+    assert lines[0] == "epoch 5/100: validation error 25 % of the rms torque to be learned, 95 s left at most"
+    assert lines[-1] == "epoch 100/100: validation error 25 % of the rms torque to be learned"

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import BSpline, make_lsq_spline
 
-from nnhydro.recordings.filtering.spline import DEGREE, RegressionSplines
+from nnhydro.recordings.filtering.spline import DEGREE, RegressionSplines, SmoothingSpline
 
 EDGE = 2.0  # Hz
 
@@ -60,3 +60,18 @@ def test_knots_lie_closer_where_accelerations_are_measured():
     t, _ = records(5)
     pieces = [len(RegressionSplines.of(t, EDGE, orders).knots) for orders in ([0], [0, 1], [0, 2])]
     assert pieces[0] == pieces[1] < pieces[2]
+
+
+@pytest.mark.parametrize(("times", "gain"), [(0.25, 1.0), (1.0, 0.5), (3.0, 0.0)])
+def test_a_smoothing_spline_passes_half_of_what_lies_at_its_cutoff(times, gain):
+    t = np.arange(4000) * 0.005
+    x = np.sin(2 * np.pi * times * EDGE * t)[:, None]
+    passed = SmoothingSpline(EDGE).apply(x, 0.005)[1000:3000]
+    assert float((passed * x[1000:3000]).sum() / (x[1000:3000] ** 2).sum()) == pytest.approx(gain, abs=0.02)
+
+
+@given(seed=st.integers(0, 1000), rows=st.integers(12, 60), cutoff=st.floats(0.1, 40.0))
+def test_a_smoothing_spline_leaves_a_parabola_as_it_is_to_either_end(seed, rows, cutoff):
+    t = np.arange(rows) * 0.01
+    x = np.polynomial.polynomial.polyval(t, np.random.default_rng(seed).standard_normal((3, 2))).T
+    np.testing.assert_allclose(SmoothingSpline(cutoff).apply(x, 0.01), x, atol=1e-5)

@@ -7,6 +7,7 @@ import pytest
 from campaigns import GIVEN, planted
 from rigs import arm
 
+from nnhydro.effects.hypotheses.coulomb_friction import CoulombFriction
 from nnhydro.models.gains.sweeps import sweeps
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.report.figure_file import new_figure
@@ -28,6 +29,16 @@ def test_the_damping_of_quadratic_drag_grows_in_step_with_the_speed(made):
     assert at == pytest.approx([0.0, at[3] / 4, at[3] / 2, at[3]], abs=1e-3 * at[3])
     assert not any("damping, dry arm" in column for column in columns), "in air nothing damps"
     assert {row[0] for row in rows} == {"1", "2"}
+
+
+def test_the_slope_of_dry_friction_at_rest_is_marked_in_the_table(made):
+    a = arm(2)
+    rubbing = StripTheory(a, GIVEN, {}, "rubbing", planted(a).plus("rub", CoulombFriction(joint=2, level=(0.2,), bending=(0.0,))))
+    columns, rows = gain_rows(sweeps(rubbing))
+    at = columns.index("damping, model [N m s/rad]")
+    marked = [row[:2] for row in rows if row[at].endswith(" (slope of dry friction)")]
+    assert marked == [["2", "0.00"]]
+    assert not any("dry friction" in cell for row in gain_rows(made)[1] for cell in row)
 
 
 def test_the_sentence_tells_the_row_at_half_the_speed(made):

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import torch
 from campaigns import GIVEN, planted
 from rigs import arm
 from untrained import learned
@@ -52,5 +53,10 @@ def test_the_sentence_tells_joints_fit_and_training():
     trained = replace(learned(TWO, hybrid=True), fit={"best_epoch": [3.0, 12.0], "epochs": 20})
     assert model_sentence(trained).endswith(
         "on constant, 2 joints; trained for 20 epochs, lowest validation error at epochs 3, 12, one for each member.")
+    unused = replace(trained, fit={"best_epoch": [0.0, 0.0], "epochs": 20}, trust=torch.zeros(2, dtype=torch.float64))
+    assert model_sentence(unused).endswith("no network improved on its start, so the networks add no torque; nothing learned is used: the "
+                                           "torques are those of constant.")
+    half = replace(trained, trust=torch.tensor([0.5, 1.0], dtype=torch.float64))
+    assert model_sentence(half).endswith("; of what was learned beside constant, 50 % and 100 % are used, by joint.")
     assert " on " not in model_sentence(learned(arm(1), hybrid=False)).split(",")[0]
     assert "1 joint." in model_sentence(learned(arm(1), hybrid=False))
