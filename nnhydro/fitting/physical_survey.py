@@ -14,6 +14,7 @@ import numpy as np
 from nnhydro.fitting.absolute_angles import absolute_angles
 from nnhydro.fitting.channel_order import SURE, Assignment, WayFit, channel_order, columns_of, judge, judged_ways, material
 from nnhydro.fitting.mixed_units import mixed_units
+from nnhydro.fitting.stated_units import stated_units
 from nnhydro.physics.threads import one_thread
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
@@ -26,7 +27,7 @@ from nnhydro.runtime.workers import HERE, Workers
 
 FAR = 3.0  # times 1 N m: below it, coefficients of drag are as unsure
 KNOWN_TO = 0.1  # of the masses here: as loose as for the signs they could vanish
-FIRST = ("rates", "fast_motion", "water_speed", "wild_sample", "noise_torque", "no_motion", "same_column")  # to be mended before
+FIRST = ("rates", "fast_motion", "stated_speed", "water_speed", "wild_sample", "noise_torque", "no_motion", "same_column")  # to mend before
 NOTHING = 0.95  # left of the torque: a tenth of its energy is explained; the real rigs of the repository leave 0.7 at the most
 MOVED = 0.1  # rad: an arm that moves less may be loaded by waves alone
 EXPLAINS, BETTER = 0.3, 0.5  # the likeliest unit leaves less than so much of the torque, and less than so much of what N m leaves
@@ -94,9 +95,9 @@ def unexplained_torque(campaign: Campaign, ways: list[WayFit]) -> Oddity | None:
 
 def physical_oddity(campaign: Campaign, how: Preparation) -> Oddity | None:
     """Return what physics finds wrong with the channels, the first of its kinds; None where all agrees."""
-    mixed = mixed_units(campaign, how)
-    if mixed is not None:
-        return mixed
+    unit = mixed_units(campaign, how) or stated_units(campaign, how)
+    if unit is not None:
+        return unit
     ways = judged_ways(campaign, how)
     if not ways:
         return None
@@ -116,7 +117,7 @@ def survey_with_physics(campaign: Campaign, cutoff_hz: float | None = None, work
     oddity = physical_oddity(campaign, found.how)
     if oddity is None:
         return found
-    replaced = "torque_sign" if oddity.check == "channel_order" else ""
+    replaced = "torque_sign" if oddity.check in ("channel_order", "stated_units") else ""
     rest = tuple(oddity for oddity in found.oddities if oddity.check != replaced)
     at = sum(oddity.severity == "error" for oddity in rest)
     return replace(found, oddities=(*rest[:at], oddity, *rest[at:]))

@@ -1,6 +1,7 @@
 """What one file holds: a recording (a run of the arm against time) or a steady table (one row per run)."""
 
-from dataclasses import dataclass, fields, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
 from typing import final
 
 import numpy as np
@@ -18,12 +19,12 @@ MOTION = ("q", "qd", "qdd", *SURROUNDINGS)
 
 def _freeze(instance: object) -> None:
     """Replace every array of a frozen dataclass by an own, read-only float64 copy."""
-    for field in fields(instance):  # type: ignore[arg-type]
-        value = getattr(instance, field.name)
+    for channel in fields(instance):  # type: ignore[arg-type]
+        value = getattr(instance, channel.name)
         if isinstance(value, np.ndarray) and value.dtype != bool:
             frozen = np.array(value, dtype=float)
             frozen.setflags(write=False)
-            object.__setattr__(instance, field.name, frozen)
+            object.__setattr__(instance, channel.name, frozen)
 
 
 def _require_shapes(name: str, shape: tuple[int, int], **channels: Array | None) -> None:
@@ -41,7 +42,7 @@ class Origin:
     sha256: str = ""
     reader: str = "memory"
     unused: tuple[str, ...] = ()
-    stated: tuple[str, ...] = ()  # columns whose unit the user stated: taken as given, not guessed at
+    stated: Mapping[str, str] = field(default_factory=dict)  # unit of each column that the user stated: taken as given where possible
 
 
 @final

@@ -55,7 +55,7 @@ def test_a_joint_of_which_friction_is_nearly_all_is_left_alone():
 
 def test_a_unit_that_the_user_states_is_trusted():
     c = written_in(1e-3, whole())
-    stated = Campaign.of(A, [replace(r, origin=replace(r.origin, stated=("tau1_Nm",))) for r in c.recordings()])
+    stated = Campaign.of(A, [replace(r, origin=replace(r.origin, stated={"tau1_Nm": "N m"})) for r in c.recordings()])
     assert torque_unit(stated, c.plan()) is None
 
 

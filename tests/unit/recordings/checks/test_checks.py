@@ -188,7 +188,7 @@ def test_lost_rows_are_counted_and_no_jitter():
 
 def test_a_stated_unit_of_the_time_is_taken_as_given():
     slow = recording({**{name: x[::10] for name, x in healthy(1).items()}, "t_s": np.arange(100.0)})
-    stated = replace(slow, origin=replace(slow.origin, stated=("t_s",)))
+    stated = replace(slow, origin=replace(slow.origin, stated={"t_s": "s"}))
     found_of = [{o.check for o in survey(Campaign.of(the_arm(), [r])).oddities} for r in (slow, stated)]
     assert "time_unit" in found_of[0]
     assert "time_unit" not in found_of[1]
