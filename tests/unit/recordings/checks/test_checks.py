@@ -194,6 +194,15 @@ def test_a_stated_unit_of_the_time_is_taken_as_given():
     assert "time_unit" not in found_of[1]
 
 
+@pytest.mark.parametrize(("length", "diameter", "mass", "remedy"), [
+    (0.6, 8.0, 4.2, "is the diameter in cm? Write diameter_m: 0.08"), (0.6, 8.0, 0.05, "is the diameter in mm? Write diameter_m: 0.008"),
+    (0.08, 0.6, 1.0, "are the two exchanged?"), (0.5, 0.6, 140.0, "are the two exchanged, or in cm or mm? Loads on so short a body are ")])
+def test_the_mass_of_a_link_says_in_which_unit_its_diameter_is(length: float, diameter: float, mass: float, remedy: str):
+    link = {"length_m": length, "diameter_m": diameter, "mass_kg": mass, "com_m": length / 2, "inertia_kg_m2": 0.01}
+    found = survey(campaign(arm=the_arm(links=(link, LINKS[1])))).oddities
+    assert next(o.remedy for o in found if o.check == "stubby").startswith(remedy)
+
+
 def test_in_air_a_drum_may_be_shorter_than_it_is_wide():
     short = tuple(link.model_copy(update={"diameter_m": 2 * link.length_m}) for link in the_arm().links)
     drums = [the_arm().model_copy(update={"links": short, "fluid": the_arm().fluid.model_copy(update={"density_kg_m3": density})})
