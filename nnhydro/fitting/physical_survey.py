@@ -18,7 +18,7 @@ from nnhydro.fitting.stated_units import stated_units
 from nnhydro.physics.threads import one_thread
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
-from nnhydro.recordings.checks.oddity import Oddity
+from nnhydro.recordings.checks.oddity import Oddity, merge_kinds
 from nnhydro.recordings.checks.reading import Reading
 from nnhydro.recordings.filtering.preprocessing import Preparation
 from nnhydro.recordings.readers.units import TARGETS, UNITS
@@ -28,6 +28,7 @@ from nnhydro.runtime.workers import HERE, Workers
 FAR = 3.0  # times 1 N m: below it, coefficients of drag are as unsure
 KNOWN_TO = 0.1  # of the masses here: as loose as for the signs they could vanish
 FIRST = ("rates", "fast_motion", "stated_speed", "water_speed", "wild_sample", "noise_torque", "no_motion", "same_column")  # to mend before
+DENIALS = ("stated_speed", "stated_speed_in_table", "stated_units", "mixed_units", "channel_order", "absolute_angles")
 NOTHING = 0.95  # left of the torque: a tenth of its energy is explained; the real rigs of the repository leave 0.7 at the most
 MOVED = 0.1  # rad: an arm that moves less may be loaded by waves alone
 EXPLAINS, BETTER = 0.3, 0.5  # the likeliest unit leaves less than so much of the torque, and less than so much of what N m leaves
@@ -121,3 +122,9 @@ def survey_with_physics(campaign: Campaign, cutoff_hz: float | None = None, work
     rest = tuple(oddity for oddity in found.oddities if oddity.check != replaced)
     at = sum(oddity.severity == "error" for oddity in rest)
     return replace(found, oddities=(*rest[:at], oddity, *rest[at:]))
+
+
+def denied_channels(campaign: Campaign, cutoff_hz: float | None = None) -> list[str]:
+    """Return which units, signs or order of channels physics denies, a finding a kind, without remedy: no result on them means anything."""
+    found = survey_with_physics(campaign, cutoff_hz)
+    return [f"{kind[0].where}: {kind[0].what}" for kind in merge_kinds(oddity for oddity in found.oddities if oddity.check in DENIALS)]

@@ -6,7 +6,7 @@ import pytest
 from campaigns import campaign, dry, planted
 from rigs import arm
 
-from nnhydro.fitting.physical_survey import judged_units, survey_with_physics, torque_unit
+from nnhydro.fitting.physical_survey import denied_channels, judged_units, survey_with_physics, torque_unit
 from nnhydro.physics.loads.coulomb_friction import CoulombTerm
 from nnhydro.physics.loads.viscous_friction import ViscousTerm
 from nnhydro.recordings.campaign import Campaign
@@ -77,3 +77,12 @@ def test_a_unit_changes_the_likelihood_by_its_jacobian_alone():
 def test_check_says_it_once():
     c = written_in(1e-3, whole(arm(1)))
     assert [oddity.check for oddity in survey_with_physics(c).oddities if oddity.severity == "warning"] == ["torque_unit"]
+
+
+def test_signs_that_physics_denies_are_named_before_any_result():
+    c = whole()
+    negated = Campaign.of(A, [replace(r, tau=-r.tau) for r in c.recordings()])
+    assert denied_channels(c) == []
+    (said,) = denied_channels(negated)
+    assert said.startswith("tau1_Nm, tau2_Nm: the torques of joints 1 and 2 have the wrong sign")
+    assert "columns.yaml" not in said
