@@ -176,5 +176,6 @@ def diagnose(
     if json:
         emit(result.document())
         return
-    errors_first = f"nnhydro check {shell_words(campaign, column_map)}   (it names errors)"
-    _print(result, paths, errors_first if unusable else next_steps(result, out, campaign, column_map))
+    check_first = f"nnhydro check {shell_words(campaign, column_map)}   (it names what to correct)"
+    doubtful = unusable or result.checks.get("denied_channels")
+    _print(result, paths, check_first if doubtful else next_steps(result, out, campaign, column_map))

@@ -45,6 +45,7 @@ from nnhydro.diagnosis.unexplained.residual_location import locate
 from nnhydro.diagnosis.unexplained.unexplained import Remainder, p_of, unexplained_of, unknown_parts
 from nnhydro.errors import NnhydroError
 from nnhydro.fitting.identify import versions
+from nnhydro.fitting.physical_survey import denied_channels
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.threads import one_thread
 from nnhydro.recordings.campaign import Campaign
@@ -219,11 +220,12 @@ class DiagnosisOptions:
         names = draw_names([name for name in campaign.names if name not in copies], self.most, self.seed)
         decided, checks = self._without_few(campaign, names, _decide_on(campaign, names, self, progress), progress)
         result = _complete(campaign, decided, self, progress)
+        checks["denied_channels"] = denied_channels(replace(campaign, names=names), self.cutoff_hz)
         left_out = f"{result.checks['left_out']} {checks.pop('left_out', '')}".strip()
         return replace(result, checks=result.checks | checks | {"left_out": left_out}, seconds=time.perf_counter() - start)
 
     def _without_few(self, campaign: Campaign, names: tuple[str, ...], decided: DecidedCampaign,
-                     progress: Callable[[str], None]) -> tuple[DecidedCampaign, dict[str, str]]:
+                     progress: Callable[[str], None]) -> tuple[DecidedCampaign, dict[str, Any]]:
         """Return what is decided without the few recordings that hold most of what remains, if that is better, and what to say of it."""
         apart = recordings_apart(decided.rest, decided.heldout, names)
         if not apart:

@@ -98,7 +98,9 @@ class DiagnosisResult:
         said = (self._findings_text() if self.findings else self._no_finding_text()) + self._simulation()
         lines = [*self.checks.get("impossible_coefficients", []), *self.checks.get("against_stated", [])]
         stated = " ".join(f"{line}." for line in lines[:SHOWN])
-        return " ".join(self.baseline.arm.text(f"{said} {stated} {self.checks.get('left_out', '')} {self._above_band()}").split())
+        denied = "; ".join(self.checks.get("denied_channels", []))
+        first = f"Nothing below can be relied on before this is corrected (`nnhydro check` says how): {denied}." if denied else ""
+        return " ".join(self.baseline.arm.text(f"{first} {said} {stated} {self.checks.get('left_out', '')} {self._above_band()}").split())
 
     def _above_band(self) -> str:
         """How much of the torque lies above the band, as a sentence; empty where it is less than MOST_LEFT."""

@@ -9,8 +9,9 @@ from nnhydro.evaluation.interval_coverage import Coverage, coverage_document
 from nnhydro.evaluation.metrics import Misfit, error_interval
 from nnhydro.evaluation.protocols.protocol import Fold, Split
 from nnhydro.fitting.config import TrainingConfig
-from nnhydro.fitting.identify import versions
+from nnhydro.fitting.identify import unusual_coefficients, versions
 from nnhydro.models.baselines import BASELINES
+from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.filtering.preprocessing import Preparation
@@ -143,7 +144,19 @@ class BenchmarkResult:
         if left:
             text += (f". {count_text(len(left), 'recording')} not compared, because {' and '.join(self.seen)} had been fitted to them: "
                      f"{', '.join(left[:4])}{', ...' if len(left) > 4 else ''}")
-        return text + "."
+        return f"{text}.{self._unusual()}"
+
+    def _unusual(self) -> str:
+        """The coefficients of the best fitted physics that no cylinder has, as a sentence; empty where there are none."""
+        for name in self.ranking():
+            model = next(iter(self.standings[name].models[-1:]), None)
+            unusual = unusual_coefficients(model.loads) if isinstance(model, StripTheory) else []
+            if unusual:
+                kinds = [", ".join(f"{label} = {value:.3g}" for label, value, kind in unusual if kind == said) + f" ({said})"
+                         for said in dict.fromkeys(said for _, _, said in unusual)]
+                return (f" The fit of {name} has {' and '.join(kinds)}: check diameters, lengths, units and signs with nnhydro check. An "
+                        "omitted effect may distort them, too: see nnhydro diagnose.")
+        return ""
 
     def _against_reference(self, best_name: str, best: float) -> str:
         """How much better the best is than a baseline that everybody knows."""

@@ -186,17 +186,22 @@ USUAL = {"C_D": (0.3, 2.5, "cylinders have 0.3 to 2.5"), "C_M": (0.2, 2.0, "cyli
 LEFT = 0.5  # of the rms torque: a model that leaves more explains little
 
 
+def unusual_coefficients(loads: Loads) -> list[tuple[str, float, str]]:
+    """Return (name, value, what cylinders have) of each coefficient of drag and added mass outside what cylinders have."""
+    found = []
+    for name in {"normal_drag", "added_mass"} & loads.linear().keys():
+        term = loads.linear()[name]
+        for label, value in zip(term.linear_names(), term.linear_values().tolist(), strict=True):
+            low, high, said = USUAL.get(label.partition("[")[0], (-np.inf, np.inf, ""))
+            if not low <= value <= high:
+                found.append((label, value, said))
+    return sorted(found)
+
+
 def absurdities(loads: Loads, solution: Solution, blocks: Sequence[Statistics], arm: Arm) -> list[str]:
     """Return a sentence for each coefficient outside what cylinders have, and for each joint of which most of the torque is left."""
-    found, start = [], 0
-    for name, term in loads.linear().items():
-        for label in term.linear_names():
-            low, high, said = USUAL.get(label.partition("[")[0], (-np.inf, np.inf, ""))
-            value = float(solution.theta[start])
-            start += 1
-            if not low <= value <= high and name in ("normal_drag", "added_mass"):
-                found.append(f"{label} = {value:.3g}: {said}; check diameters, lengths, units and signs. An omitted effect may distort it: "
-                             "see nnhydro check, then nnhydro diagnose")
+    found = [f"{label} = {value:.3g}: {said}; check diameters, lengths, units and signs. An omitted effect may distort it: see nnhydro "
+             "check, then nnhydro diagnose" for label, value, said in unusual_coefficients(loads)]
     summed = total(blocks)
     size = np.sqrt(summed.s / np.maximum(summed.n, 1))
     for joint, (left, whole) in enumerate(zip(solution.rms, size, strict=True), 1):

@@ -14,10 +14,11 @@ import numpy as np
 from nnhydro.fitting.absolute_angles import absolute_angles
 from nnhydro.fitting.channel_order import SURE, Assignment, WayFit, channel_order, columns_of, judge, judged_ways, material, physics_agrees
 from nnhydro.fitting.mixed_units import mixed_units
+from nnhydro.fitting.stated_units import stated_units
 from nnhydro.physics.threads import one_thread
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
-from nnhydro.recordings.checks.oddity import Oddity
+from nnhydro.recordings.checks.oddity import Oddity, merge_kinds
 from nnhydro.recordings.checks.reading import Reading
 from nnhydro.recordings.filtering.preprocessing import Preparation
 from nnhydro.recordings.readers.map_line import map_line, place
@@ -27,7 +28,8 @@ from nnhydro.runtime.workers import HERE, Workers
 
 FAR = 3.0  # times 1 N m: below it, coefficients of drag are as unsure
 KNOWN_TO = 0.1  # of the masses here: as loose as for the signs they could vanish
-FIRST = ("rates", "fast_motion", "water_speed", "wild_sample", "noise_torque", "no_motion", "same_column")  # to be mended before
+FIRST = ("rates", "fast_motion", "stated_speed", "water_speed", "wild_sample", "noise_torque", "no_motion", "same_column")  # to mend before
+DENIALS = ("stated_speed", "stated_speed_in_table", "stated_units", "mixed_units", "channel_order", "absolute_angles")
 NOTHING = 0.95  # left of the torque: a tenth of its energy is explained; the real rigs of the repository leave 0.7 at the most
 MOVED = 0.1  # rad: an arm that moves less may be loaded by waves alone
 EXPLAINS, BETTER = 0.3, 0.5  # the likeliest unit leaves less than so much of the torque, and less than so much of what N m leaves
@@ -111,10 +113,16 @@ def survey_with_physics(campaign: Campaign, cutoff_hz: float | None = None, work
     found = survey(campaign, cutoff_hz, workers)
     if found.how is None or not campaign.names or any(oddity.check in FIRST and oddity.severity == "warning" for oddity in found.oddities):
         return found
-    mixed = mixed_units(campaign, found.how)
-    ways = [] if mixed else judged_ways(campaign, found.how)
-    oddity = mixed or physical_oddity(campaign, found.how, ways)
-    replaced = "torque_sign" if physics_agrees(ways) or (oddity is not None and oddity.check == "channel_order") else ""
+    unit = mixed_units(campaign, found.how) or stated_units(campaign, found.how)
+    ways = [] if unit else judged_ways(campaign, found.how)
+    oddity = unit or physical_oddity(campaign, found.how, ways)
+    replaced = "torque_sign" if physics_agrees(ways) or (oddity is not None and oddity.check in ("channel_order", "stated_units")) else ""
     rest = tuple(oddity for oddity in found.oddities if oddity.check != replaced)
     at = sum(oddity.severity == "error" for oddity in rest)
     return replace(found, oddities=(*rest[:at], *([oddity] if oddity else []), *rest[at:]))
+
+
+def denied_channels(campaign: Campaign, cutoff_hz: float | None = None) -> list[str]:
+    """Return which units, signs or order of channels physics denies, a finding a kind, without remedy: no result on them means anything."""
+    found = survey_with_physics(campaign, cutoff_hz)
+    return [f"{kind[0].where}: {kind[0].what}" for kind in merge_kinds(oddity for oddity in found.oddities if oddity.check in DENIALS)]

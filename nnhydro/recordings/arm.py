@@ -1,5 +1,6 @@
 """The arm: geometry, masses, fluid and drive, as arm.yaml states them beforehand."""
 
+from math import pi
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -13,6 +14,8 @@ from nnhydro.recordings.readers.validation import Settings, validate
 from nnhydro.recordings.readers.yaml_file import read_yaml
 
 NonNegative = Field(ge=0, le=1e6)
+LIGHTEST, DENSEST = 0.1, 25_000.0  # a hollow link, of the density of its fluid; osmium, kg/m3
+LONG, NOTHING = 10.0, 1e-3  # m; of the density of its fluid: a link longer and lighter than so is in cm or mm
 
 
 class Fluid(Settings):
@@ -101,6 +104,11 @@ class Link(Settings):
     known_to: float = Field(default=0.01, ge=0, le=1)
     gear: Gear | None = None
 
+    def fits_mass(self, length_m: float, diameter_m: float, fluid_kg_m3: float) -> bool:
+        """Return whether the mass fits a body of this length and diameter: between a tenth of its fluid's density and osmium's."""
+        volume = pi / 4 * diameter_m**2 * length_m
+        return LIGHTEST * fluid_kg_m3 * volume <= self.mass_kg <= DENSEST * volume
+
 
 def _slides(joints: Any) -> bool:
     """Whether one of the joints, as they are stated or as they were read, is prismatic."""
@@ -162,6 +170,22 @@ class Arm(Settings):
     def _belt_needs_two_links(self) -> "Arm":
         if self.drive.kind == "remote" and len(self.links) != 2:
             raise ValueError(f"a remote (belt) drive is defined for two links, this arm has {len(self.links)}: use 'drive: direct'")
+        return self
+
+    @model_validator(mode="after")
+    def _no_link_is_next_to_nothing(self) -> "Arm":
+        """A long link that weighs less than a thousandth of the fluid in its place is one in cm or mm."""
+        for number, link in enumerate(self.links, 1):
+            displaced = self.fluid.density_kg_m3 * pi / 4 * link.diameter_m**2 * link.length_m
+            if link.length_m <= LONG or not 0 < link.mass_kg < NOTHING * displaced:
+                continue
+            sizes = {key: getattr(link, key) for key in ("length_m", "diameter_m", "com_m")}
+            for unit, ratio in (("cm", 1e-2), ("mm", 1e-3)):
+                if link.fits_mass(ratio * link.length_m, ratio * link.diameter_m, self.fluid.density_kg_m3):
+                    written = ", ".join(f"{key}: {ratio * value:.6g}" for key, value in sizes.items())
+                    raise ValueError(f"link {number} is {link.length_m:g} m long and {link.diameter_m:g} m in diameter, but has "
+                                     f"{link.mass_kg:g} kg, where the fluid would have {displaced:.3g} kg: probably in {unit}: "
+                                     f"write {written}")
         return self
 
     @model_validator(mode="after")

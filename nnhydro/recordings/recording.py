@@ -42,7 +42,7 @@ class Origin:
     sha256: str = ""
     reader: str = "memory"
     unused: tuple[str, ...] = ()
-    stated: tuple[str, ...] = ()  # columns whose unit the user stated: taken as given, not guessed at
+    stated: Mapping[str, str] = field(default_factory=dict)  # unit of each column that the user stated: taken as given where possible
     mapped: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # by channel, what the column mapping says of it
 
 

@@ -47,16 +47,15 @@ class Panel:
 def panels(trace: Trace, models: Sequence[str], first: Sequence[str] = ()) -> list[Panel]:
     """Return two panels a joint, torques and residuals; the first of `models` lies on top.
 
-    The limits hold the compared rows of the measured torque and of the models `first` (all where none of these is drawn).
+    The limits hold all of the measured torque and of the models `first` (all where none of these is drawn).
     """
     made, limiting = [], {MEASURED, *(set(first) & set(models) or models)}
     for joint, residual in np.ndindex(trace.segment.n_links, 2):
         curves = {} if residual else {MEASURED: trace.tau[:, joint]}
         curves |= {name: (trace.residual(name) if residual else trace.models[name])[:, joint] for name in reversed(models)}
-        # at the ends the filter makes curves leave the panel
-        compared = [y[trace.segment.keep] for name, y in curves.items() if name in limiting]
+        shown = [y for name, y in curves.items() if name in limiting]
         label = joint_text(f"{'residual' if residual else 'torque'} {joint + 1} [N m]", trace.segment.sliding)
-        made.append(Panel(joint + 1, bool(residual), label, curves, around(np.concatenate(compared), zero=bool(residual))))
+        made.append(Panel(joint + 1, bool(residual), label, curves, around(np.concatenate(shown), zero=bool(residual))))
     return made
 
 

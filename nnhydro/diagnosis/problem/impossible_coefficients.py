@@ -20,7 +20,7 @@ MOST_LEFT = 1 / 3  # share of the torque that the best physically possible coeff
 
 
 def impossible_coefficients(design: Design) -> list[str]:
-    """Return a sentence for each coefficient beyond its physical bounds if, with such values, most of the torque is explained."""
+    """Return a sentence on the coefficients beyond their physical bounds if, with such values, most of the torque is explained."""
     base = design.baseline
     if not base.is_physics or design.undriven or not design.Y.shape[2]:
         return []
@@ -30,9 +30,14 @@ def impossible_coefficients(design: Design) -> list[str]:
     left = float(np.linalg.norm(y - Y @ possible))
     if left <= MOST_LEFT * torque or np.linalg.norm(y - Y @ free) >= MOST_LEFT * left:
         return []
-    theta, said, stated = base.prior.mean + base.prior.F @ free, list[str](), stated_values(base.physics.arm)
+    theta, stated = base.prior.mean + base.prior.F @ free, stated_values(base.physics.arm)
+    said: dict[tuple[float, float], list[str]] = {}
     for (name, term, label, _, (lowest, highest)), value in zip(base.physics.loads.linear_parameters(), theta.tolist(), strict=True):
         if not isinstance(term, RigidBody) and name not in stated and not lowest <= value <= highest:
-            said.append(f"With {name}.{label} = {value:.3g}, most of the torque would be explained, but it can only lie between {lowest:g} "
-                        f"and {highest:g}: check the lengths, diameters and density of arm.yaml, and the unit of the torque")
-    return said
+            said.setdefault((lowest, highest), []).append(f"{name}.{label} = {value:.3g}")
+    if not said:
+        return []
+    values = "; ".join(f"{', '.join(some)}, but {'it' if len(some) == 1 else 'they'} can only lie between {low:g} and {high:g}"
+                       for (low, high), some in said.items())
+    return [f"Most of the torque would be explained with {values}: check the lengths, diameters and density of arm.yaml, and the unit of "
+            "the torque"]

@@ -93,5 +93,7 @@ class LinkInterference(LoadEffect):
 
     def sentence(self, text: Mapping[str, str]) -> str:
         """Return the finding."""
-        return (f"In the wake of its neighbour, C_D of link {self.joint} changes by {text['shadow']}. When the arm is folded, it also "
-                f"changes by {text['shelter']}. With the neighbour ahead, {text['side']} is added to this; with it behind, subtracted.")
+        other = self.joint - 1 if self.joint > 1 else 2
+        return (f"Link {self.joint} runs into the wake of link {other}: there, its C_D changes by {text['shadow']}. When the arm is "
+                f"folded, its C_D changes by a further {text['shelter']}. While link {self.joint} moves towards link {other}, "
+                f"{text['side']} is added to this change; while it moves away, it is subtracted.")

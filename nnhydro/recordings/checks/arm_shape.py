@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from math import pi
 
-from nnhydro.recordings.arm import Arm
+from nnhydro.recordings.arm import Arm, Link
 from nnhydro.recordings.checks.fluid import LIQUID
 from nnhydro.recordings.checks.oddity import ArmCheck, Oddity, check
 
@@ -17,14 +17,24 @@ class Stubby(ArmCheck):
 
     id = "stubby"
     looks_for = "links shorter than their diameter"
-    remedy = "are the two exchanged, or in mm? Loads on so short a body are beyond strip theory"
+    remedy = "are the two exchanged, or in cm or mm? Loads on so short a body are beyond strip theory"
 
     def find(self, arm: Arm) -> Iterator[Oddity]:
         """Yield one finding a link; none in air, where nothing hangs on the diameter."""
         for number, link in enumerate(() if arm.dry else arm.links, 1):
             if link.length_m < link.diameter_m:
                 yield Oddity(None, "warning", f"arm.yaml links[{number - 1}]", f"link {number} is {link.length_m:g} m long and "
-                             f"{link.diameter_m:g} m in diameter", self.remedy)
+                             f"{link.diameter_m:g} m in diameter", _likely_size(link, arm.fluid.density_kg_m3) or self.remedy)
+
+
+def _likely_size(link: Link, fluid_kg_m3: float) -> str:
+    """What the mass says of a diameter larger than the length, as a remedy; empty where it says nothing, or may be right."""
+    length, wide = link.length_m, link.diameter_m
+    sizes = {"are the two exchanged?": (wide, length)}
+    sizes |= {f"is the diameter in {unit}? Write diameter_m: {ratio * wide:.6g}": (length, ratio * wide)
+              for unit, ratio in (("cm", 1e-2), ("mm", 1e-3))}
+    likely = [text for text, (L, D) in sizes.items() if D < L and link.fits_mass(L, D, fluid_kg_m3)]
+    return likely[0] if len(likely) == 1 and not link.fits_mass(length, wide, fluid_kg_m3) else ""
 
 
 @check

@@ -21,8 +21,8 @@ SLOW = 0.05  # m/s: a slower carriage hardly loads an arm, so that cm/s are like
 USUAL = 95  # percentile of the speed that is judged
 
 
-def _speeds(x: Recording | SteadyTable) -> Iterator[tuple[str, float]]:
-    """(column, usual speed m/s) of everything that carries the arm or the water."""
+def usual_speeds(x: Recording | SteadyTable) -> Iterator[tuple[str, float]]:
+    """Yield (column, usual speed m/s) of everything that carries the arm or the water."""
     channels: list[tuple[str, Array]] = [] if x.u0 is None else [(column("u0"), x.u0)]
     for key in ("base", "current"):
         pair = getattr(x, key)
@@ -34,13 +34,18 @@ def _speeds(x: Recording | SteadyTable) -> Iterator[tuple[str, float]]:
             yield name, float(np.percentile(seen, USUAL))
 
 
+def likely_unit(speed: float) -> tuple[str, float]:
+    """Return the unit that makes `speed` (m/s) one of a carriage, and what it is in m/s."""
+    return ("mm/s", 1e-3) if speed > 1e3 * SLOW else ("cm/s", 1e-2)
+
+
 def _too_fast(x: Recording | SteadyTable, arm: Arm, steady: bool) -> Iterator[Oddity]:
     """One finding a column; what the user has stated a unit of is taken as given."""
     liquid = arm.fluid.density_kg_m3 >= LIQUID[0]
-    for name, speed in _speeds(x):
+    for name, speed in usual_speeds(x):
         if speed <= (ODD if liquid else ODD_IN_GAS) or name in x.origin.stated:
             continue
-        unit, smaller = ("mm/s", 1e-3) if speed > 1e3 * SLOW else ("cm/s", 1e-2)
+        unit, smaller = likely_unit(speed)
         severity: Severity = "error" if liquid and speed > IMPOSSIBLE else "warning"
         what = (f"reaches {speed:.4g} m/s, faster than any {'towing tank' if liquid else 'wind tunnel'}; in {unit} that would be "
                 f"{speed * smaller:.3g} m/s")

@@ -73,10 +73,11 @@ def _read(path: Path, arm: Arm, torque: bool, column_map: ColumnMap | None, stea
         before = _state(path)
         moments = [frozenset({sources[name].from_ if name in sources else name}) for name in (TIME, CLOCK)]
         table = read(path, Request(frozenset(wanted) - text, text, arm.n_links, joints, topic, *moments))
-        stated = {target for target, source in sources.items() if source.unit is not None or source.from_ in table.units}
+        mapped = {target: source.unit if source.unit is not None else table.units.get(source.from_) for target, source in sources.items()}
+        stated = {name: unit for name, unit in mapped.items() if unit is not None}
         origin = Origin(str(path), sha256_of(path), path.suffix.lower().removeprefix(".") or "ros2",
                         tuple(name for name in table.header if name not in wanted | channel_names(arm, True) | text),
-                        tuple(sorted(stated | (names & table.units.keys()))),
+                        {name: unit for name, unit in table.units.items() if name in names} | stated,
                         {target: source.model_dump(by_alias=True, exclude_defaults=True) for target, source in sources.items()})
         require(_state(path) == before, f"{path}: changed while it was read, so its rows and its sha256 may differ: wait "
                 "until the logger has closed it, then run again", RecordingError)

@@ -33,10 +33,10 @@ def map_figure(maps: Sequence[ResidualMap], stem: Path) -> list[Path]:
     shown = [grid for grid in maps if grid.over == OVER]
     joints, models = sorted({grid.joint for grid in shown}), list(dict.fromkeys(grid.model for grid in shown))
     heat, colors = largest(shown), colormaps["cividis"].resampled(SHADES)
-    width, height = 4.4 * len(models) + 1.2, 3.4 * len(joints) + 0.3
+    width, height = 4.4 * len(models) + 1.8, 3.4 * len(joints) + 0.3
     figure = new_figure(width, height, layout=None)
     axes = figure.subplots(len(joints), len(models), squeeze=False, sharex="row", sharey="row")
-    figure.subplots_adjust(0.7 / width, 0.55 / height, 1 - 0.1 / width, 1 - 0.35 / height, 0.12, 0.35)
+    figure.subplots_adjust(0.7 / width, 0.55 / height, 1 - 0.7 / width, 1 - 0.35 / height, 0.12, 0.35)
     for grid in shown:
         ax = axes[joints.index(grid.joint), models.index(grid.model)]
         values = np.array([[np.nan if cell is None else cell.rms for cell in row] for row in grid.cells])[::-1]
@@ -44,7 +44,8 @@ def map_figure(maps: Sequence[ResidualMap], stem: Path) -> list[Path]:
                              label=grid.model)
         ax.set(xlabel=grid.across, ylabel=grid.down, title=f"joint {grid.joint}, {grid.model}", facecolor="0.93")
         if grid.model == models[-1]:
-            figure.colorbar(mesh, ax=axes[joints.index(grid.joint)], label="rms residual [N m]", pad=0.03, fraction=0.07)
+            figure.colorbar(mesh, ax=axes[joints.index(grid.joint)], label=f"rms residual of joint {grid.joint} [N m], on its own scale",
+                            pad=0.03, fraction=0.07)
     return save_figure(figure, stem)
 
 

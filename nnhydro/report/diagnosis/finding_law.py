@@ -29,6 +29,7 @@ from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.load_term import LoadTerm
 from nnhydro.physics.motion import Motion
+from nnhydro.report.widgets.residual_map import STATES
 from nnhydro.report.widgets.trace import Trace, bin_edges
 
 Array = NDArray[np.float64]
@@ -93,9 +94,8 @@ def driver(effect: LoadEffect | InstrumentEffect, joint: int, traces: Sequence[T
         return np.concatenate([getattr(trace.segment, name)[trace.segment.keep, of] for trace in traces])
 
     for word in effect.signature.depends_on:
-        if word in ("q", "qd", "qdd"):
-            label = {"q": "angle of joint {} [rad]", "qd": "rate of joint {} [rad/s]", "qdd": "acceleration of joint {} [rad/s²]"}[word]
-            return label.format(joint), over(word, j)
+        if word in STATES:
+            return STATES[word].format(joint), over(word, j)
         if word in ("tau", "tau of the other joint") and (word == "tau" or links == 2):
             of = j if word == "tau" else 1 - j
             return f"measured torque of joint {of + 1} [N m]", np.concatenate([trace.tau[trace.segment.keep, of] for trace in traces])

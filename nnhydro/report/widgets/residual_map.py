@@ -12,6 +12,7 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
+from nnhydro.conventions import joint_text
 from nnhydro.report.widgets.trace import Trace, bin_edges
 
 Array = NDArray[np.float64]
@@ -19,6 +20,8 @@ BINS = 10
 FEWEST = 5  # rows in a cell that is shown
 NAMED_RECORDINGS = 6  # recordings named in a cell
 WHITE_IN_LIGHT, BLACK_IN_DARK = 0.565, 0.476  # there the scale's luminance is 0.18: black and white stand out alike, 4.6 to 1
+STATES = {"q": "angle of joint {} [rad]", "qd": "rate of joint {} [rad/s]", "qdd": "acceleration of joint {} [rad/s²]"}
+State = tuple[str, int]  # one of STATES, and a joint from 0
 ORDER = "when"  # the name of the map over recordings and time
 
 
@@ -84,12 +87,11 @@ def _place(values: Array, edges: Array) -> NDArray[np.int64]:
     return np.clip(np.searchsorted(edges, values, side="right") - 1, 0, len(edges) - 2)
 
 
-def state_pairs(joint: int, links: int) -> dict[str, tuple[str, str]]:
-    """Return the maps of one joint (from 0) by name: the state variables across and down."""
-    j = joint + 1
-    pairs = {"angle and rate": (f"q{j}_rad", f"dq{j}_rad_s"), "rate and acceleration": (f"dq{j}_rad_s", f"ddq{j}_rad_s2")}
+def state_pairs(joint: int, links: int) -> dict[str, tuple[State, State]]:
+    """Return the maps of one joint (from 0) by name: the state variables across and down, each with its joint."""
+    pairs = {"angle and rate": (("q", joint), ("qd", joint)), "rate and acceleration": (("qd", joint), ("qdd", joint))}
     if links > 1:
-        pairs["rates of joints 1 and 2"] = ("dq1_rad_s", "dq2_rad_s")
+        pairs["rates of joints 1 and 2"] = (("qd", 0), ("qd", 1))
     return pairs
 
 
@@ -121,16 +123,22 @@ def residual_maps(traces: Sequence[Trace], models: Sequence[str]) -> list[Residu
         return []
     names = list(dict.fromkeys(trace.recording for trace in moving))
     of = np.concatenate([np.full(int(trace.segment.keep.sum()), names.index(trace.recording)) for trace in moving])
-    parts = [{name: x[trace.segment.keep] for name, x in trace.segment.joint_states().items()} for trace in moving]
-    states = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    def values(state: State) -> Array:
+        """Return a state variable over all compared rows."""
+        return np.concatenate([getattr(trace.segment, state[0])[trace.segment.keep, state[1]] for trace in moving])
+
+    def label(state: State) -> str:
+        """Return a state variable in words with its unit."""
+        return joint_text(STATES[state[0]].format(state[1] + 1), moving[0].segment.sliding)
+
     progress = np.concatenate([np.linspace(0, 1, int(trace.segment.keep.sum()), endpoint=False) for trace in moving])
     links, maps = moving[0].segment.n_links, list[ResidualMap]()
     for joint in range(links):
         left = {model: np.concatenate([trace.residual(model)[trace.segment.keep, joint] for trace in moving]) for model in models}
         for over, (x, y) in state_pairs(joint, links).items():
-            across, down = bin_edges(states[x], BINS, 0.005), bin_edges(states[y], BINS, 0.005)
-            column, row = _place(states[x], across), BINS - 1 - _place(states[y], down)
-            maps += [ResidualMap(joint + 1, model, over, x, y, _ranges(across), _ranges(down)[::-1],
+            across, down = bin_edges(values(x), BINS, 0.005), bin_edges(values(y), BINS, 0.005)
+            column, row = _place(values(x), across), BINS - 1 - _place(values(y), down)
+            maps += [ResidualMap(joint + 1, model, over, label(x), label(y), _ranges(across), _ranges(down)[::-1],
                                  _grid(r, of, names, column, row, (BINS, BINS)), across, down) for model, r in left.items()]
         column = (progress * BINS).astype(np.int64)
         maps += [ResidualMap(joint + 1, model, ORDER, "tenth of the recording", "recording", [str(k + 1) for k in range(BINS)], names,

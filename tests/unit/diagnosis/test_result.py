@@ -193,3 +193,10 @@ def test_states_are_told_joint_by_joint_and_the_carriage_where_it_moves():
     np.testing.assert_array_equal(told["ddq2_rad_s2"], towed.qdd[:, 1])
     np.testing.assert_array_equal(told["dq1_rad_s"], towed.qd[:, 0])
     assert "u0_m_s" not in states(still)
+
+
+def test_the_verdict_leads_with_units_and_signs_that_physics_denies():
+    said = replace(diagnosis(1.0), checks={"denied_channels": ["tau1_Nm: the torque of joint 1 has the wrong sign"]}).verdict()
+    assert said.startswith("Nothing below can be relied on before this is corrected (`nnhydro check` says how): "
+                           "tau1_Nm: the torque of joint 1 has the wrong sign.")
+    assert not replace(diagnosis(1.0), checks={"denied_channels": []}).verdict().startswith("Nothing below")

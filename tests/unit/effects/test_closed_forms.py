@@ -423,3 +423,10 @@ def test_narrower_laws_of_drag_hold_the_columns_that_the_whole_law_has_for_them(
             assert_close(column, every[name])
         assert_close(law.with_linear(torch.ones(len(law.linear_names()))).torque(flow), law.columns(flow).sum(-1))
         assert set(law.quantities()) == set(law.linear_names())
+
+
+def test_the_sentence_of_interference_says_which_link_shelters_which():
+    first, second = (made("link_interference", arm(2), joint, shadow=(-0.6,)).statement() for joint in (1, 2))
+    assert first.startswith("Link 1 runs into the wake of link 2: there, its C_D changes by ")
+    assert second.startswith("Link 2 runs into the wake of link 1: there, its C_D changes by ")
+    assert "While link 2 moves towards link 1, " in second

@@ -5,11 +5,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from rigs import arm
 from standings import benchmark_of, misfit, standing
 
 from nnhydro.evaluation.benchmark_result import Standing
 from nnhydro.evaluation.interval_coverage import Coverage
 from nnhydro.fitting.config import read_config
+from nnhydro.models.baselines import baseline
+from nnhydro.models.strip_theory import StripTheory
+from nnhydro.physics.loads.rigid_body import RigidBody
+from nnhydro.recordings.filtering.preprocessing import Preparation
 
 
 def test_a_unit_that_is_held_out_again_counts_with_its_last_fold():
@@ -63,3 +68,16 @@ def test_errors_and_widths_are_those_of_a_fold():
     made.standings["constant"].coverage, made.standings["constant"].fitted_coverage = [held_out], [fitted]
     assert made.fold_wider(0) == {"constant": 2.0}
     assert made.fold_wider(1) == {}
+
+
+def test_coefficients_that_no_cylinder_has_are_named_once():
+    a = arm(1)
+    fitted = [StripTheory(a, Preparation(None), {}, "constant", baseline("constant").start(a).with_linear(
+        np.array([*RigidBody.of_arm(a).linear_values().tolist(), C_D, 0.9]))) for C_D in (0.011, 1.1)]
+    said = []
+    for model in fitted:
+        result = benchmark_of(constant=0.01, hybrid=0.02)
+        result.standings["constant"].models[:] = [model, model]
+        said.append(result.verdict())
+    assert said[0].count("C_D[1] = 0.011 (cylinders have 0.3 to 2.5): check diameters, lengths, units") == 1
+    assert "cylinders" not in said[1]

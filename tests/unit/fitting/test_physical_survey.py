@@ -7,7 +7,7 @@ import pytest
 from campaigns import campaign, dry, planted
 from rigs import arm
 
-from nnhydro.fitting.physical_survey import judged_units, survey_with_physics, torque_unit
+from nnhydro.fitting.physical_survey import denied_channels, judged_units, survey_with_physics, torque_unit
 from nnhydro.physics.loads.coulomb_friction import CoulombTerm
 from nnhydro.physics.loads.viscous_friction import ViscousTerm
 from nnhydro.recordings.campaign import Campaign
@@ -57,7 +57,7 @@ def test_a_joint_of_which_friction_is_nearly_all_is_left_alone():
 
 def test_a_unit_that_the_user_states_is_trusted():
     c = written_in(1e-3, whole())
-    stated = Campaign.of(A, [replace(r, origin=replace(r.origin, stated=("tau1_Nm",))) for r in c.recordings()])
+    stated = Campaign.of(A, [replace(r, origin=replace(r.origin, stated={"tau1_Nm": "N m"})) for r in c.recordings()])
     assert torque_unit(stated, c.plan()) is None
 
 
@@ -96,3 +96,12 @@ def _lowered(r, rows=40):
     first = int(np.argmin(gained[rows:] - gained[:-rows]))
     part = slice(first, first + rows)
     return replace(r, t=r.t[part], q=r.q[part], qd=r.qd[part], qdd=r.qdd[part], tau=r.tau[part], u0=None, du0=None)
+
+
+def test_signs_that_physics_denies_are_named_before_any_result():
+    c = whole()
+    negated = Campaign.of(A, [replace(r, tau=-r.tau) for r in c.recordings()])
+    assert denied_channels(c) == []
+    (said,) = denied_channels(negated)
+    assert said.startswith("tau1_Nm, tau2_Nm: the torques of joints 1 and 2 have the wrong sign")
+    assert "columns.yaml" not in said

@@ -41,6 +41,14 @@ def test_a_diameter_in_other_units_shows_in_a_drag_coefficient_that_no_cylinder_
     assert "check the lengths, diameters and density" in said
 
 
+def test_several_coefficients_are_one_sentence():
+    design = design_on(problem_of(Campaign.of(ARM, [replace(r, tau=-r.tau) for r in WHOLE.recordings()]), edge=3.0), "constant")
+    (said,) = impossible_coefficients(design)
+    assert {"normal_drag.C_D[1]", "added_mass.C_M[1]"} <= set(said.split())
+    assert said.count("can only lie between") == 1
+    assert said.count("check the lengths") == 1
+
+
 def test_an_omitted_effect_that_hides_in_a_coefficient_of_the_wrong_sign_is_no_matter_of_units():
     pushed = [replace(r, tau=r.tau - 1.1 * drag(r)) for r in WHOLE.recordings()]
     design = design_on(problem_of(Campaign.of(ARM, pushed), edge=3.0), "constant")

@@ -194,10 +194,19 @@ def test_lost_rows_are_counted_and_no_jitter():
 
 def test_a_stated_unit_of_the_time_is_taken_as_given():
     slow = recording({**{name: x[::10] for name, x in healthy(1).items()}, "t_s": np.arange(100.0)})
-    stated = replace(slow, origin=replace(slow.origin, stated=("t_s",)))
+    stated = replace(slow, origin=replace(slow.origin, stated={"t_s": "s"}))
     found_of = [{o.check for o in survey(Campaign.of(the_arm(), [r])).oddities} for r in (slow, stated)]
     assert "time_unit" in found_of[0]
     assert "time_unit" not in found_of[1]
+
+
+@pytest.mark.parametrize(("length", "diameter", "mass", "remedy"), [
+    (0.6, 8.0, 4.2, "is the diameter in cm? Write diameter_m: 0.08"), (0.6, 8.0, 0.05, "is the diameter in mm? Write diameter_m: 0.008"),
+    (0.08, 0.6, 1.0, "are the two exchanged?"), (0.5, 0.6, 140.0, "are the two exchanged, or in cm or mm? Loads on so short a body are ")])
+def test_the_mass_of_a_link_says_in_which_unit_its_diameter_is(length: float, diameter: float, mass: float, remedy: str):
+    link = {"length_m": length, "diameter_m": diameter, "mass_kg": mass, "com_m": length / 2, "inertia_kg_m2": 0.01}
+    found = survey(campaign(arm=the_arm(links=(link, LINKS[1])))).oddities
+    assert next(o.remedy for o in found if o.check == "stubby").startswith(remedy)
 
 
 def test_in_air_a_drum_may_be_shorter_than_it_is_wide():

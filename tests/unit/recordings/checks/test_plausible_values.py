@@ -43,10 +43,30 @@ def test_runs_without_tow_do_not_speak_against_the_unit_of_the_carriage():
     assert "only 1 of 3 recordings is so" in oddity.remedy
 
 
-def test_a_speed_whose_unit_is_stated_is_taken_as_given():
-    fast = recording({**healthy(1), "u0_m_s": 600 * np.tanh(healthy(1)["t_s"])})
-    stated = replace(fast, origin=replace(fast.origin, stated=("u0_m_s",)))
-    assert "water_speed" not in found(Campaign.of(the_arm(), [stated]))
+def stated_speeds(stated: dict[str, str], density: float = 1000.0, **channels: np.ndarray) -> list[str]:
+    one = recording({**healthy(1), **channels})
+    arm = the_arm(fluid={"density_kg_m3": density})
+    oddities = survey(Campaign.of(arm, [replace(one, origin=replace(one.origin, stated=stated))])).oddities
+    return [o.message for o in oddities if o.check in ("stated_speed", "water_speed", "degrees", "fast_motion")]
+
+
+def test_a_stated_unit_is_doubted_where_nothing_in_a_liquid_is_so_fast():
+    c = healthy(1)
+    tow = stated_speeds({"u0_m_s": "m/s"}, u0_m_s=600 * np.tanh(c["t_s"]))
+    turned = stated_speeds({"q1_rad": "rad"}, q1_rad=np.degrees(c["q1_rad"]))
+    soon = stated_speeds({"t_s": "ms"}, t_s=c["t_s"] / 60)
+    for found, stated, likely in ((tow, "m/s", "mm/s"), (turned, "rad", "deg"), (soon, "ms", "s")):
+        assert len(found) in (1, 2)
+        assert f"by the stated unit {stated}, beyond anything in a liquid; in {likely} that would be" in found[0]
+        assert f"write 'unit: {likely}' in the line of" in found[0]
+
+
+def test_a_stated_unit_is_taken_as_given_where_it_is_possible():
+    c = healthy(1)
+    assert not stated_speeds({"u0_m_s": "m/s"}, u0_m_s=19 * np.tanh(c["t_s"]))
+    assert not stated_speeds({"u0_m_s": "m/s"}, 1.2, u0_m_s=600 * np.tanh(c["t_s"]))
+    assert not stated_speeds({"q1_rad": "rad", "q2_rad": "rad"}, 0.0, q1_rad=300 * c["t_s"])
+    assert not stated_speeds({"q1_rad": "rad", "q2_rad": "rad"}, q1_rad=5 * c["t_s"])
 
 
 @pytest.mark.parametrize(("fluid", "expected"), [

@@ -55,6 +55,19 @@ def test_a_wrong_entry_is_one_complaint_and_its_likely_unit_is_named(values, lin
         parse_arm(changed(2, **values), "arm.yaml")
 
 
+@pytest.mark.parametrize(("ratio", "unit"), [(100, "cm"), (1000, "mm")])
+def test_a_long_link_that_weighs_next_to_nothing_is_refused_with_the_unit_that_it_is_in(ratio, unit):
+    length = {"cm": 0.6, "mm": 0.06}[unit]
+    sizes = {"length_m": ratio * length, "diameter_m": ratio * 0.008, "com_m": ratio * 0.02, "mass_kg": 0.05}
+    with pytest.raises(NnhydroError, match=f"probably in {unit}: write length_m: {length:g}, diameter_m: 0.008, com_m: 0.02$"):
+        parse_arm(changed(2, **sizes), "arm.yaml")
+
+
+@pytest.mark.parametrize("values", [{"mass_kg": 4000.0}, {"mass_kg": 0.0}])
+def test_a_long_link_may_have_the_mass_of_one_or_none(values):
+    assert parse_arm(changed(2, length_m=60, diameter_m=0.5, com_m=20, **values), "arm.yaml").L[0] == 60
+
+
 @pytest.mark.parametrize(("joints", "key"), [(None, "coulomb_Nm"), ([{"type": "prismatic"}], "coulomb_N")])
 def test_the_key_that_is_proposed_belongs_to_the_kind_of_joint(joints, key):
     document = arm(1).document() | {"friction": [{"coulomb": 0.1}]} | ({} if joints is None else {"joints": joints})

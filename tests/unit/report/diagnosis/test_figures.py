@@ -9,6 +9,7 @@ from campaigns import planted, steady_table
 from drawn_traces import all_traces, poor_and_whole, rubbing
 
 import nnhydro
+from nnhydro.report.diagnosis import figures
 from nnhydro.report.diagnosis.figures import diagnosis_figures, laws_of, map_figure
 from nnhydro.report.widgets.residual_map import residual_maps
 from nnhydro.report.widgets.trace import BASELINE, diagnosis_traces
@@ -25,6 +26,22 @@ def test_the_map_on_disk_holds_every_cell_of_the_map(tmp_path):
     for m in shown:
         drawn = [float(r["value"]) for r in rows if (r["series"], r["x_label"]) == (m.model, m.across)]
         np.testing.assert_allclose(sorted(drawn), sorted(cell.rms for row in m.cells for cell in row if cell is not None), rtol=1e-8)
+
+
+def test_the_map_names_states_and_scales_in_words_and_no_label_is_cut(monkeypatch):
+    drawn = []
+    monkeypatch.setattr(figures, "save_figure", lambda figure, stem: drawn.append(figure) or [])
+    c, whole, poor = poor_and_whole()
+    map_figure(residual_maps(all_traces(c, whole=whole, poor=poor), ["poor", "whole"]), "map")
+    (figure,) = drawn
+    figure.draw_without_rendering()
+    labels = {(ax.get_xlabel(), ax.get_ylabel()) for ax in figure.axes}
+    assert ("angle of joint 1 [rad]", "rate of joint 1 [rad/s]") in labels
+    bars = [ax for ax in figure.axes if "rms residual" in ax.get_ylabel()]
+    assert [ax.get_ylabel() for ax in bars] == [f"rms residual of joint {joint} [N m], on its own scale" for joint in (1, 2)]
+    edges = [ax.yaxis.label.get_window_extent() for ax in bars]
+    assert all(box.x1 < figure.bbox.x1 and box.y0 > figure.bbox.y0 and box.y1 < figure.bbox.y1 for box in edges)
+    assert edges[0].y0 > edges[1].y1, "labels of two rows stay apart"
 
 
 @pytest.mark.slow
