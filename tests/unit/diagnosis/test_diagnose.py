@@ -285,6 +285,12 @@ def test_the_same_campaign_and_seed_give_the_same_document_again():
     assert {**one, "seconds": 0} == {**other, "seconds": 0}
 
 
+def test_what_check_denies_of_the_channels_leads_the_verdict(monkeypatch):
+    monkeypatch.setattr(engine, "denied_channels", lambda campaign, cutoff: [f"wrong in {len(campaign.names)} recordings"])
+    told = engine.DiagnosisOptions(cutoff_hz=None).diagnose(campaign("steady"))
+    assert told.verdict().startswith("Nothing below can be relied on before this is corrected (`nnhydro check` says how): wrong in 0 rec")
+
+
 @pytest.mark.slow
 def test_of_more_recordings_than_are_studied_the_others_take_no_part():
     told = diagnosed("rubbing", most=4)
@@ -296,7 +302,8 @@ def test_progress_is_told_step_by_step():
     from nnhydro.diagnosis.diagnose import diagnose
 
     said = []
-    diagnose(campaign("steady"), progress=said.append)
+    told = diagnose(campaign("steady"), progress=said.append)
+    assert told.checks["denied_channels"] == []
     assert said[0] == "estimating noise"
     assert any(line.startswith("computing ") for line in said)
     assert said[-1] == "next experiment"
