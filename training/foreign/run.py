@@ -22,7 +22,8 @@ ALIKE = {"load_friction": {"coulomb_friction"}, "stribeck_friction": {"coulomb_f
 STORED = {"77 campaigns": "results_77.json", "24 by a sixth author": "results_24.json", "20 by a seventh": "results_20.json",
           "28 by an eighth": "results_28.json", "32 by a ninth": "results_32.json", "36 by a tenth": "results_36.json",
           "36 by an eleventh": "results_36_eleventh.json", "34 by a twelfth": "results_34.json",
-          "36 by a thirteenth": "results_36_thirteenth.json", "30 by a fourteenth": "results_30_fourteenth.json"}
+          "36 by a thirteenth": "results_36_thirteenth.json", "30 by a fourteenth": "results_30_fourteenth.json",
+          "30 by a fifteenth": "results_30_fifteenth.json"}
 REMARKS = {"torque_drift", "torque_bias"}  # true where every recording has an offset of its own
 MOST = 3  # names of a class that still says something
 
