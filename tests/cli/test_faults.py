@@ -60,14 +60,14 @@ def test_a_disk_that_is_full_gets_one_line_and_keeps_what_was_there(largest, tmp
 
 
 @pytest.mark.slow
-def test_a_full_disk_during_training_keeps_the_checkpoint_of_before(tmp_path, capfd):
+def test_a_full_disk_at_the_first_checkpoint_leaves_nothing_behind(tmp_path, capfd):
     root = write_campaign(tmp_path / "c", runs=3)
     (tmp_path / "t.toml").write_text('model = "network"\nhidden = [4]\nmembers = 1\nepochs = 2\n')
     train = ["train", str(root), "--config", str(tmp_path / "t.toml"), "--out", str(tmp_path / "model"), "--quiet"]
     code, said = limited(train, 2000, capfd)
     assert code == 2, said
     assert "ulimit -f" in said
-    assert names(tmp_path) == ["c", "model.checkpoint.json", "t.toml"]
+    assert names(tmp_path) == ["c", "t.toml"]
     assert run(train) == 0
     assert names(tmp_path) == ["c", "model", "t.toml"]
 
