@@ -109,7 +109,7 @@ def motion_filter(recording: Recording, cutoff_hz: float | None = None) -> Prepa
     RecordingError where the motion is not finite or not in order of time.
     """
     motion = _finite_motion(recording)
-    return Preparation(None) if cutoff_hz is None and _complete(motion) else plan(iter([motion]), cutoff_hz)
+    return Preparation(None) if cutoff_hz is None and _complete(motion) else plan(iter([motion]), cutoff_hz, predicted=True)
 
 
 def _notes(motion: Recording, chosen: bool) -> tuple[str, ...]:

@@ -8,8 +8,9 @@
     g   gain of the low-pass
 
 The first term is the noise that passes, the second the motion that is lost (Wiener's criterion for Butterworth gains). Channels
-enter by the logarithm of E, so that one spike in one recording does not decide. Of angles and measured rates, the source with the
-smaller error is taken. Source: ours.
+enter by the logarithm of E, so that one spike in one recording does not decide. For one motion whose torque is to be predicted, E is first
+added over its joints: the noise of a joint at rest is small, and must not take what another one moves. Of angles and measured rates, the
+source with the smaller error is taken. Source: ours.
 """
 
 from collections.abc import Iterable
@@ -109,17 +110,26 @@ def _errors(x: Array, dt: float, power: int, grid: Array) -> Array:
     return result
 
 
-def choose_cutoff(channels: Iterable[tuple[Array, Array | None, float]]) -> CutoffChoice:
-    """Return the cut-off for evenly sampled channels (q (n, links), qd (n, links) or None, dt), one tuple a recording."""
+def _log_error(x: Array, dt: float, power: int, grid: Array, added: bool) -> Array:
+    """log E(f_c) of a recording, channels `x` (n, links): of the sum over its joints if `added`, else the sum of the joints' own."""
+    errors = np.stack([_errors(joint, dt, power, grid) for joint in x.T])
+    made: Array = np.log(errors.sum(axis=0)) if added else np.log(errors).sum(axis=0)
+    return made
+
+
+def choose_cutoff(channels: Iterable[tuple[Array, Array | None, float]], added: bool = False) -> CutoffChoice:
+    """Return the cut-off for evenly sampled channels (q (n, links), qd (n, links) or None, dt), one tuple a recording.
+
+    `added`: the errors of the joints are added first, as the torque of one motion has them.
+    """
     grid = np.geomspace(LOWEST, HIGHEST, 60)
     total = {"q": np.zeros(len(grid)), "qd": np.zeros(len(grid))}
     highest, all_rates = HIGHEST, True
     for q, qd, dt in channels:
         highest = min(highest, 0.2 / dt)
         all_rates = all_rates and qd is not None
-        for joint in range(q.shape[1]):
-            total["q"] += len(q) * np.log(_errors(q[:, joint], dt, 4, grid))
-            total["qd"] += len(q) * np.log(_errors(qd[:, joint], dt, 2, grid)) if qd is not None else 0.0
+        total["q"] += len(q) * _log_error(q, dt, 4, grid, added)
+        total["qd"] += len(q) * _log_error(qd, dt, 2, grid, added) if qd is not None else 0.0
     if not all_rates:
         total.pop("qd")
     allowed = grid <= max(highest, LOWEST)

@@ -267,10 +267,11 @@ def slope_missing(r: Recording) -> bool:
     return any(getattr(r, name) is not None and getattr(r, f"d{name}") is None for name in ("u0", "base", "current"))
 
 
-def plan(recordings: Iterator[Recording], cutoff_hz: float | None = None) -> Preparation:
+def plan(recordings: Iterator[Recording], cutoff_hz: float | None = None, predicted: bool = False) -> Preparation:
     """Return how the recordings of a campaign are prepared: not filtered where all is given, else with the cut-off that suits the data.
 
-    `cutoff_hz` overrides the choice; ConfigError where no recording holds it. Streams: one recording is held at a time.
+    `cutoff_hz` overrides the choice; ConfigError where no recording holds it. Where the torques are to be `predicted`, the errors of the
+    joints are added. Streams: one recording is held at a time.
     """
     needed, spans = cutoff_hz is not None, list[tuple[float, float]]()
 
@@ -285,7 +286,7 @@ def plan(recordings: Iterator[Recording], cutoff_hz: float | None = None) -> Pre
                 spans.append((float(part.t[1] - part.t[0]), part.duration))
                 yield part.q, part.qd, float(part.t[1] - part.t[0])
 
-    choice = choose_cutoff(channels())
+    choice = choose_cutoff(channels(), added=predicted)
     if cutoff_hz is not None:
         require_cutoff(cutoff_hz, spans)
     if not needed:
