@@ -68,5 +68,5 @@ class Prediction(ResultView):
 
     def save(self, path: str | Path) -> Path:
         """Write the torques to the CSV file `path`, whole or not at all; returns the path."""
-        found = prediction.PredictedTorque(self.name, self.t, self.tau, self.std, self.sliding, self.outside, self.cutoff_hz)
+        found = prediction.PredictedTorque(self.name, self.t, self.tau, self.std, self.sliding, self.outside, self.cutoff_hz, self.notes)
         return write_prediction(found, Path(path))

@@ -11,7 +11,7 @@ from typing import Any, final
 import numpy as np
 
 from nnhydro.diagnosis.calibration.rehearsal import limit_confidence, rehearse
-from nnhydro.diagnosis.constants import DETECTED, LEAST_GAIN, MATERIAL, NULL_QUANTILE
+from nnhydro.diagnosis.constants import DETECTED, FORM, LEAST_GAIN, MATERIAL, NULL_QUANTILE
 from nnhydro.diagnosis.corrected_model import corrected_model, trained_on, with_record
 from nnhydro.diagnosis.decision.alternative_laws import replace_special_laws
 from nnhydro.diagnosis.decision.decide import Claims, decide
@@ -220,7 +220,11 @@ class DiagnosisOptions:
         names = draw_names([name for name in campaign.names if name not in copies], self.most, self.seed)
         decided, checks = self._without_few(campaign, names, _decide_on(campaign, names, self, progress), progress)
         result = _complete(campaign, decided, self, progress)
-        checks["denied_channels"] = denied_channels(replace(campaign, names=names), self.cutoff_hz)
+        try:
+            explained = result.heldout.before < FORM and not result.checks.get("impossible_coefficients")
+            checks["denied_channels"] = denied_channels(replace(campaign, names=names), self.cutoff_hz, explained)
+        except NEVER_FATAL as error:
+            checks["channels"] = f"units and signs not judged: {error}"
         left_out = f"{result.checks['left_out']} {checks.pop('left_out', '')}".strip()
         return replace(result, checks=result.checks | checks | {"left_out": left_out}, seconds=time.perf_counter() - start)
 

@@ -122,7 +122,10 @@ def survey_with_physics(campaign: Campaign, cutoff_hz: float | None = None, work
     return replace(found, oddities=(*rest[:at], *([oddity] if oddity else []), *rest[at:]))
 
 
-def denied_channels(campaign: Campaign, cutoff_hz: float | None = None) -> list[str]:
-    """Return which units, signs or order of channels physics denies, a finding a kind, without remedy: no result on them means anything."""
-    found = survey_with_physics(campaign, cutoff_hz)
+def denied_channels(campaign: Campaign, cutoff_hz: float | None = None, explained: bool = False) -> list[str]:
+    """Return which units, signs or order of channels physics denies, a finding a kind, without remedy: no result on them means anything.
+
+    Where a model has `explained` the torques, other signs, orders and units are not tried: only impossible speeds are looked for.
+    """
+    found = survey(campaign, cutoff_hz) if explained else survey_with_physics(campaign, cutoff_hz)
     return [f"{kind[0].where}: {kind[0].what}" for kind in merge_kinds(oddity for oddity in found.oddities if oddity.check in DENIALS)]

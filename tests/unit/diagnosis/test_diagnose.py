@@ -11,12 +11,12 @@ import torch
 from diagnosed import FRICTION, campaign, diagnosed, named, value
 
 from nnhydro.diagnosis import diagnose as engine
-from nnhydro.diagnosis.constants import NULL_QUANTILE
+from nnhydro.diagnosis.constants import FORM, NULL_QUANTILE
 from nnhydro.diagnosis.decision.catalogue_probability import LISTED
 from nnhydro.diagnosis.diagnose import DiagnosisOptions
 from nnhydro.diagnosis.experiment.rig_limits import Limits
 from nnhydro.effects.catalogue import catalogue
-from nnhydro.errors import RecordingError
+from nnhydro.errors import ModelError, RecordingError
 from nnhydro.fitting.identify import identify
 from nnhydro.models.baselines import BASELINES
 from nnhydro.models.storage import load_model, save_model
@@ -286,9 +286,26 @@ def test_the_same_campaign_and_seed_give_the_same_document_again():
 
 
 def test_what_check_denies_of_the_channels_leads_the_verdict(monkeypatch):
-    monkeypatch.setattr(engine, "denied_channels", lambda campaign, cutoff: [f"wrong in {len(campaign.names)} recordings"])
+    asked = []
+
+    def denied(campaign, cutoff, explained):
+        asked.append(explained)
+        return [f"wrong in {len(campaign.names)} recordings"]
+
+    monkeypatch.setattr(engine, "denied_channels", denied)
     told = engine.DiagnosisOptions(cutoff_hz=None).diagnose(campaign("steady"))
     assert told.verdict().startswith("Nothing below can be relied on before this is corrected (`nnhydro check` says how): wrong in 0 rec")
+    assert asked == [told.heldout.before < FORM]
+
+
+def test_a_check_of_the_channels_that_fails_does_not_cost_the_verdict(monkeypatch):
+    def fails(*given):
+        raise ModelError("no signs here")
+
+    monkeypatch.setattr(engine, "denied_channels", fails)
+    told = engine.DiagnosisOptions(cutoff_hz=None).diagnose(campaign("steady"))
+    assert told.checks["channels"] == "units and signs not judged: no signs here"
+    assert not told.verdict().startswith("Nothing below")
 
 
 @pytest.mark.slow

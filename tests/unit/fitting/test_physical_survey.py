@@ -102,6 +102,7 @@ def test_signs_that_physics_denies_are_named_before_any_result():
     c = whole()
     negated = Campaign.of(A, [replace(r, tau=-r.tau) for r in c.recordings()])
     assert denied_channels(c) == []
+    assert denied_channels(negated, explained=True) == []
     (said,) = denied_channels(negated)
     assert said.startswith("tau1_Nm, tau2_Nm: the torques of joints 1 and 2 have the wrong sign")
     assert "columns.yaml" not in said
