@@ -132,16 +132,16 @@ def hanging():
     return Campaign.of(a, found)
 
 
-def tethered(stiffness=0.25):
-    """A free pendulum in air whose cable over the pivot pulls with a tenth of its weight."""
+def tethered(stiffness=0.25, rest=0.3 - np.pi / 2, starts=-np.pi / 2 + 0.6, further=0.35, seconds=10.0):
+    """A free pendulum in air with a spring of `stiffness`, rad from `rest`: as told, a cable that pulls with a tenth of its weight."""
     mass, com, inertia = 1.0, 0.25, 0.03
     a = Arm.model_validate({"fluid": {"density_kg_m3": 0.0}, "gravity_m_s2": 9.81, "links": [
         {"length_m": 0.5, "diameter_m": 0.03, "mass_kg": mass, "com_m": com, "inertia_kg_m2": inertia, "known_to": 0.01}]})
     whole, found = inertia + mass * com**2, []
     for k in range(6):
-        t = np.arange(1000) / 100.0
-        way = solve_ivp(lambda t, x: [x[1], -(mass * 9.81 * com * np.cos(x[0]) + stiffness * (x[0] + np.pi / 2 - 0.3)) / whole],
-                        (0, t[-1]), [-np.pi / 2 + 0.6 + 0.35 * k, 0.0], t_eval=t, rtol=1e-8, atol=1e-10)
+        t = np.arange(round(seconds * 100)) / 100.0
+        way = solve_ivp(lambda t, x: [x[1], -(mass * 9.81 * com * np.cos(x[0]) + stiffness * (x[0] - rest)) / whole],
+                        (0, t[-1]), [starts + further * k, 0.0], t_eval=t, rtol=1e-8, atol=1e-10)
         q = way.y[0][:, None] + 2e-4 * np.random.default_rng(k).standard_normal((len(t), 1))
         found.append(Recording(f"swing{k}", t, q, np.zeros_like(q)))
     return Campaign.of(a, found)
@@ -277,6 +277,7 @@ CAMPAIGNS = {
     "free pendulum": pendulum,
     "hanging in water": hanging,
     "tethered": tethered,
+    "carried by its spring": partial(tethered, 12.0, 0.25, 0.25, 0.05, 3.0),
     "soft drive": springy,
     "drift": drifting,
     "late": late,

@@ -222,8 +222,10 @@ class Design:
 
     @property
     def heavy(self) -> bool:
-        """Whether weight is the model's largest part."""
-        return bool(self.part_rms[:, 0].max() >= 0.5 * self.part_rms[:, 1].max())
+        """Whether the weight sets the scale: it varies half as much as the inertia's torque or more; one that hardly varies is carried."""
+        moving = np.where(self.problem.frequency == 0, 0.0, 1.0)[:, None, None]
+        weight, inertia = np.sqrt(((moving * self._weight_and_inertia) ** 2).sum(axis=0)).max(axis=0)
+        return bool(weight >= 0.5 * inertia)
 
     @property
     def part_scale(self) -> Array:

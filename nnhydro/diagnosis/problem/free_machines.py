@@ -1,6 +1,6 @@
 """Machines that nothing drives: a free pendulum, a rolling ship. Their equation of motion M + sum_k X_k beta_k = 0 holds up to a factor.
 
-Only the masses set the scale of all torques. The model's largest part w, weight or inertia, is held fixed: the baseline's parameters
+Only the masses set the scale of all torques. The model's largest part w that varies, weight or inertia, is held fixed: its parameters
 vary only in directions that do not change it, added mass with the masses if w is the inertia. Laws have columns X' = X - a M, where a is
 the share of w in the torque of X: at rest if w is the weight, by the accelerations alone if it is the inertia. Otherwise a load that
 lifts the weight, or an added mass that cancels the masses, would leave no torque to explain.

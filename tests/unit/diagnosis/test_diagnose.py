@@ -169,6 +169,17 @@ def test_a_cable_of_a_free_pendulum_is_as_stiff_as_it_is_though_the_equation_hol
     assert value("tethered", "umbilical_stiffness", "rest_angle")[0] == pytest.approx(0.3 - np.pi / 2, abs=0.01)
 
 
+def test_a_spring_may_carry_the_weight_of_a_free_rod_that_swings_about_the_horizontal():
+    """There the weight hardly varies, and the inertia sets the scale: with the weight held no spring may carry it, and nothing is named."""
+    told = diagnosed("carried by its spring")
+    assert named(told) == {("umbilical_stiffness", 1)}
+    assert told.heldout.scale == "inertia"
+    stiffness, low, high = value("carried by its spring", "umbilical_stiffness", "stiffness")
+    assert stiffness == pytest.approx(12.0, rel=0.02)
+    assert low < 12.0 < high
+    assert told.heldout.after < 0.1 * told.heldout.before
+
+
 @pytest.mark.slow
 def test_a_free_pendulum_is_judged_by_its_weight_and_shows_both_its_frictions():
     told = diagnosed("free pendulum")
