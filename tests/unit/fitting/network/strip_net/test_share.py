@@ -8,7 +8,7 @@ import torch
 from campaigns import DEFAULT_LAWS, GIVEN, campaign, planted
 from rigs import arm, run
 
-from nnhydro.fitting.network.strip_net import share
+from nnhydro.fitting.network.strip_net import latest_nets, share
 from nnhydro.fitting.network.strip_net.fit import fit_strip_net
 from nnhydro.fitting.network.strip_net.share import SHARES, gains, share_of, thirds
 from nnhydro.fitting.network.train import train
@@ -18,6 +18,15 @@ from nnhydro.recordings.repeats import group_names
 from nnhydro.recordings.splitting import units
 
 FAST = DEFAULT_LAWS.model_copy(update={"members": 3, "epochs": 4, "validation_share": 0.34, "strip_net": True})
+
+
+@pytest.fixture(scope="module", autouse=True)
+def shorter_memories():
+    """Memories of the strips are trained in 40 passes over the recordings instead of 90: they err more. Tests here share them."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(latest_nets, "fit_strip_net", lambda runs, seed: fit_strip_net(runs, seed, epochs=40))
+        patch.setattr(latest_nets, "_LATEST", {})
+        yield
 
 
 def gain_of(parts):
