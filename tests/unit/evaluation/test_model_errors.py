@@ -28,6 +28,18 @@ def test_the_true_model_leaves_nothing_and_knows_no_interval():
     assert total_coverage([]) is None
 
 
+def test_what_was_judged_is_not_computed_again_to_be_drawn(monkeypatch):
+    asked = []
+    torque = StripTheory.torque
+    monkeypatch.setattr(StripTheory, "torque", lambda model, motion: asked.append(model) or torque(model, motion))
+    (segment,), other = UNIT.segments(), replace(TRUE)
+    assert misfit_of(other, UNIT).error < 1e-12
+    np.testing.assert_array_equal(model_torque(other, segment), segment.filter(torque(other, Motion.of(segment)).numpy()))
+    assert asked == [other]
+    model_torque(other, replace(segment))
+    assert asked == [other, other]
+
+
 def test_only_compared_rows_count():
     (segment,) = UNIT.segments()
     few = segment.keep & (np.arange(len(segment.t)) < 30)
