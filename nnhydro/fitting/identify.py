@@ -1,7 +1,7 @@
 """Fit a physics model's coefficients to the recordings of a campaign: the work behind `nnhydro identify`."""
 
 import platform
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, final
 
@@ -14,7 +14,7 @@ from nnhydro.conventions import Z95
 from nnhydro.errors import CampaignError, require
 from nnhydro.fitting.linear.least_squares import Solution, bootstrap, correlation_time, fit
 from nnhydro.fitting.linear.prior import BEYOND, Prior, against_stated, prior
-from nnhydro.fitting.linear.statistics import Statistics, columns_and_offset, of_segment, total
+from nnhydro.fitting.linear.statistics import Statistics, columns_and_offset, of_columns, total
 from nnhydro.fitting.travel.travel_scale import with_best_travel_scale
 from nnhydro.models.baselines import NamedBaseline, baseline
 from nnhydro.models.domain import DOMAIN, domain_of
@@ -22,14 +22,17 @@ from nnhydro.models.seen import SEEN, seen_record
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.loads.water_pressure import WaterPressure
+from nnhydro.physics.memo import RecentMemo
 from nnhydro.physics.threads import one_thread
 from nnhydro.physics.travel.state_model import has_travel_scale
 from nnhydro.recordings.arm import Arm
 from nnhydro.recordings.campaign import Campaign
 from nnhydro.recordings.filtering.preprocessing import Preparation
+from nnhydro.recordings.segment import Segment
 from nnhydro.recordings.splitting import Unit, units
 
 Array = NDArray[np.float64]
+COLUMNS = 50_000_000  # bytes of columns that are kept between the two passes of a fit
 DRAWS = 500  # bootstrap draws: the 2.5 % quantile is then known to about 0.7 %
 
 
@@ -54,12 +57,12 @@ def versions() -> dict[str, str]:
     return {"nnhydro": nnhydro.__version__, "python": platform.python_version(), "numpy": np.__version__, "torch": torch.__version__}
 
 
-def correlation_times(loads: Loads, theta: Array, chosen: Sequence[Unit], arm: Arm) -> Array:
+def correlation_times(columns: Callable[[Segment], tuple[Array, Array]], theta: Array, chosen: Sequence[Unit], arm: Arm) -> Array:
     """Return the residual's correlation time (joints,) in samples: the median over recordings; steady runs count as independent."""
     found = []
     for unit in chosen:
         for segment in () if unit.steady else unit.segments():
-            X, c0 = columns_and_offset(loads, segment, arm)
+            X, c0 = columns(segment)
             assert segment.tau is not None
             residual = (segment.tau - c0 - X @ theta)[segment.keep]
             found.append([correlation_time(residual[:, j]) for j in range(residual.shape[1])])
@@ -72,7 +75,13 @@ def fit_units(loads: Loads, chosen: Sequence[Unit], arm: Arm, before: Prior | No
     `before` is what is known of the parameters; by default what arm.yaml says. Raises CampaignError where no row can be fitted, or every
     torque is 0.
     """
-    blocks = [total([of_segment(loads, segment, arm) for segment in unit.segments()]) for unit in chosen if unit.segments()]
+    known = RecentMemo(COLUMNS)
+
+    def columns(segment: Segment) -> tuple[Array, Array]:
+        """Return what `columns_and_offset` gives, which is needed twice."""
+        return known.of(segment, lambda: columns_and_offset(loads, segment, arm), lambda both: both[0].nbytes + both[1].nbytes)
+
+    blocks = [total([of_columns(*columns(segment), segment) for segment in unit.segments()]) for unit in chosen if unit.segments()]
     if not blocks:
         raise CampaignError("no recording holds a stretch of finite rows long enough to fit: see nnhydro check")
     before = prior(loads, arm) if before is None else before
@@ -81,7 +90,7 @@ def fit_units(loads: Loads, chosen: Sequence[Unit], arm: Arm, before: Prior | No
         raise CampaignError("all torques are exactly 0: what nothing drives tells its parameters only up to a common factor, and there is "
                             "no torque to learn: nnhydro diagnose holds the masses that arm.yaml states and fits the rest")
     first = fit(summed, before, np.ones(arm.n_links))
-    correlation = correlation_times(loads, first.theta, chosen, arm)
+    correlation = correlation_times(columns, first.theta, chosen, arm)
     return fit(summed, before, correlation), blocks, before
 
 

@@ -67,7 +67,11 @@ def block(X: Array, y: Array) -> Statistics:
 
 def of_segment(loads: Loads, segment: Segment, arm: Arm, rows: NDArray[np.bool_] | None = None) -> Statistics:
     """Return the statistics of the compared rows of a segment (of those, `rows` (n,) where given)."""
-    X, c0 = columns_and_offset(loads, segment, arm)
+    return of_columns(*columns_and_offset(loads, segment, arm), segment, rows)
+
+
+def of_columns(X: Array, c0: Array, segment: Segment, rows: NDArray[np.bool_] | None = None) -> Statistics:
+    """Return the same of what `columns_and_offset` gives."""
     keep = segment.keep if rows is None else segment.keep & rows
     assert segment.tau is not None
     return block(X[keep], segment.tau[keep] - c0[keep])

@@ -9,7 +9,9 @@ priors and weights as in least_squares.py.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import final
+from weakref import WeakKeyDictionary
 
 import numpy as np
 import torch
@@ -24,6 +26,7 @@ from nnhydro.fitting.travel.state_rows import rows_of
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.load_term import LinearTerm
+from nnhydro.physics.memo import Memo
 from nnhydro.physics.motion import Motion, tensor
 from nnhydro.physics.transmission import gear_factor, to_drives
 from nnhydro.physics.travel.state_model import with_tau_s
@@ -35,6 +38,7 @@ Array = NDArray[np.float64]
 COARSE = np.linspace(2.0, 15.0, 14)  # diameters
 FINE = np.linspace(-1.0, 1.0, 7)  # diameters around the best of them
 MANY = 16  # units that decide; more move tau_s by less than its own uncertainty
+_KNOWN: WeakKeyDictionary[Segment, Memo] = WeakKeyDictionary()  # fits to other recordings of a campaign need the sums of a segment again
 
 
 @final
@@ -87,7 +91,9 @@ def with_best_travel_scale(loads: Loads, chosen: Sequence[Unit], arm: Arm) -> Tr
 
     def sums(scales: Array) -> list[Statistics]:
         """Return the sums of the normal equations for every travel scale (diameters); raises CampaignError where nothing can be fitted."""
-        parts = [_statistics(loads, segment, arm, scales) for unit in deciding for segment in unit.segments()]
+        parts = [_KNOWN.setdefault(segment, Memo()).of((arm.model_dump_json(), *loads.terms.items(), *scales),
+                                                       partial(_statistics, loads, segment, arm, scales))
+                 for unit in deciding for segment in unit.segments()]
         if not parts:
             raise CampaignError("no recording holds a stretch of finite rows long enough to fit: see nnhydro check")
         return [total(column) for column in zip(*parts, strict=True)]

@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 import torch
-from campaigns import recording
+from campaigns import recording, with_links
 from rigs import arm
 
 from nnhydro.errors import CampaignError
 from nnhydro.fitting.linear.least_squares import fit, joint_weights, solve
 from nnhydro.fitting.linear.prior import prior
 from nnhydro.fitting.linear.statistics import of_segment, residual_energy, total
+from nnhydro.fitting.travel import travel_scale
 from nnhydro.fitting.travel.travel_scale import COARSE, _energy, _statistics, _vertex, with_best_travel_scale
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.loads.normal_drag import NormalDrag
@@ -103,6 +104,20 @@ def test_of_many_recordings_sixteen_spread_over_the_campaign_decide():
     asked.clear()
     with_best_travel_scale(LOADS, [of(k) for k in range(3)], A)
     assert sorted(set(asked)) == [0, 1, 2]
+
+
+def test_the_sums_of_a_recording_are_computed_once_however_many_fits_it_belongs_to(monkeypatch):
+    asked = []
+    monkeypatch.setattr(travel_scale, "_statistics", lambda *given: asked.append(given) or _statistics(*given))
+    segments = [curved(5.0, seed=seed, seconds=2.0) for seed in (1, 2, 3)]
+    every = [unit(f"run{k}", segment) for k, segment in enumerate(segments)]
+    first, again = (with_best_travel_scale(state_loads(A, per_link=3), every, A) for _ in range(2))
+    assert len(asked) == 2 * 3  # coarse and fine
+    assert first.tau_s == again.tau_s
+    heavier = with_links(A, mass_kg=9.0)
+    other = with_best_travel_scale(state_loads(heavier, per_link=3), every, heavier)
+    assert len(asked) > 2 * 3
+    assert other.energy.tolist() != first.energy.tolist()
 
 
 def test_without_a_stretch_to_fit_the_user_is_told_where_to_look():
