@@ -147,11 +147,11 @@ def explained_energy(search: Search, rest: ScoredSet, laws: Sequence[Hypothesis]
     fit, design = best_fit(search, rest), search.view.library.design
     level = np.sqrt((fit.whitened.sw**2).mean(axis=0))  # a joint that has more noise counts less
     left, made = fit.residual / fit.whitened.sw * level, np.zeros((len(laws), design.problem.groups))
-    for number, law in enumerate(laws):
-        X = design.columns([law], model) * level[:, None]
-        for g in range(design.problem.groups):
-            rows = design.problem.group_of == g
-            part, r = X[rows].reshape(-1, X.shape[2]), left[rows].ravel()
+    X, ends = design.columns(laws, model) * level[:, None], np.cumsum([law.width for law in laws])[:-1]
+    for g in range(design.problem.groups):
+        rows = design.problem.group_of == g
+        r = left[rows].ravel()
+        for number, part in enumerate(np.split(X[rows].reshape(len(r), -1), ends, axis=1)):
             made[number, g] = float(r @ part @ np.linalg.lstsq(part, r)[0])
     return made
 
