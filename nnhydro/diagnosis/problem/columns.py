@@ -37,6 +37,7 @@ def columns_on(hypotheses: Sequence[Hypothesis], model: StripTheory, stretch: St
     flow = stretch.memo.of(("flow", id(arm)), lambda: Flow(arm, Motion.of(segment))).again()  # its memo goes with this call
     measured = None if predicted else segment.tau
     factor = gear_factor(tensor(measured if measured is not None else 0 * segment.q), flow.motion.qd, arm)[..., None]
+    geared = bool((factor != 1).any())
     place = None if stretch.place is None else tensor(stretch.place)
 
     def view_of(working: StripTheory) -> SensorView:
@@ -48,7 +49,8 @@ def columns_on(hypotheses: Sequence[Hypothesis], model: StripTheory, stretch: St
     def columns(number: int, hypothesis: Hypothesis, effect: AnyEffect) -> Tensor:
         """Return the columns (n, joints, width) of a hypothesis: loads through the drives, instruments at their working model."""
         if isinstance(effect, LoadEffect):
-            made = to_drives(effect.columns(flow), arm) * factor
+            made = to_drives(effect.columns(flow), arm)
+            made = made * factor if geared else made
         else:
             view = view_of(hypothesis.working_model or model)
             made = (effect.columns(view) if hypothesis.working_model is None else
@@ -83,8 +85,11 @@ def _readings(effects: Mapping[int, tuple[InstrumentEffect, SensorView]]) -> dic
 
 def _prepare(flow: Flow, loads: Sequence[LoadEffect]) -> None:
     """Let the laws of each kind among `loads` compute on `flow` what they can together."""
-    for kind in dict.fromkeys(type(effect) for effect in loads):
-        kind.prepare([flow], [effect for effect in loads if isinstance(effect, kind)])
+    alike: dict[type[LoadEffect], list[LoadEffect]] = {}
+    for effect in loads:
+        alike.setdefault(type(effect), []).append(effect)
+    for kind, effects in alike.items():
+        kind.prepare([flow], effects)
 
 
 def disagreement(base: Baseline, segment: Segment, torque: Array, count: int) -> Array:

@@ -207,11 +207,11 @@ class Design:
         def squares(stretch: Stretch) -> Array:
             """Return the changes (n, joints, draws) N m of the torque by the noise of a stretch."""
             s = stretch.segment
-            torque = loads.torque(Flow(arm, Motion.of(s))).numpy()
             if s.motion_noise is None:
-                return np.zeros((*torque.shape, NOISE_DRAWS))
+                return np.zeros((*s.q.shape, NOISE_DRAWS))
             noisy = [replace(s, q=s.q + q, qd=s.qd + qd, qdd=s.qdd + qdd) for q, qd, qdd in s.motion_noise]
-            return np.stack([loads.torque(Flow(arm, Motion.of(segment))).numpy() - torque for segment in noisy], axis=2)
+            torque, *others = loads.torques([Flow(arm, Motion.of(segment)) for segment in (s, *noisy)])
+            return np.stack([(other - torque).numpy() for other in others], axis=2)
 
         power = (self.rows(squares) ** 2).mean(axis=2)
         made: Array = np.empty_like(power)

@@ -176,18 +176,24 @@ def enumerate_hypotheses(arm: Arm, peaks: tuple[float, ...], without: Sequence[s
                   for point in candidates(cls, arm, peaks, motion.rates) if isinstance(point, LoadEffect | InstrumentEffect)]
         points = points if cls.torque_scaled else _thin(points, scaled)
         points = [point for point in points if _shows(point, motion)]
+        tried = {joint: _values_at(points, joint) for joint in {point.joint for point in points}}
         for point in points:
             reverses = motion.reverses if driven else (False,) * arm.n_links  # the zero of a free body's angle looks like presliding
             details = _details(point, motion.angles, reverses)
             grids = cls.grids() | {name: (0.0, *values) for name, values in details.items()}
-            same = [other for other in points if other.joint == point.joint]
+            count, values = tried[point.joint]
             for effect in _shapes(point, details):
-                values = {name: sorted({x for other in same for x in getattr(other, name)[:1]} |
-                                       set(grids[name] if name in details else ())) for name in grids
-                          if getattr(effect, name) and (any(getattr(effect, name)) or name not in effect.shown_by_reversals)}
-                spans = {name: grid_neighbours(values[name], getattr(effect, name)[0]) for name in values}
-                made.append(Hypothesis(effect, len(same), spans))
+                spans = {name: grid_neighbours([*values[name], *(grids[name] if name in details else ())], getattr(effect, name)[0])
+                         for name in grids
+                         if getattr(effect, name) and (any(getattr(effect, name)) or name not in effect.shown_by_reversals)}
+                made.append(Hypothesis(effect, count, spans))
     return tuple(made)
+
+
+def _values_at(points: Sequence[AnyEffect], joint: int) -> tuple[int, dict[str, set[float]]]:
+    """How many of `points` are at `joint`, and the values of each nonlinear parameter that they have."""
+    same = [point for point in points if point.joint == joint]
+    return len(same), {name: {x for point in same for x in getattr(point, name)[:1]} for name in same[0].grids()}
 
 
 def _half_way(low: float, high: float) -> float:
