@@ -154,7 +154,7 @@ def planted_at(found, mine, share, seed):
     return {done.search.key(k)[0] for k in done.decided.claimed.chosen}
 
 
-DRAWS, MOST = 9, 6  # 0.6 of 9, rounded up: 0.8 less 1.5 standard deviations of 9 draws
+DRAWS, MOST = 6, 4  # 0.6 of 6, rounded up: 0.8 less 1.2 standard deviations of 6 draws
 
 
 def most_of_the_draws(found, share, named):
