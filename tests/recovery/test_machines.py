@@ -251,7 +251,7 @@ def test_on_a_linear_axis_that_is_held_the_direction_of_a_wave_is_an_angle(tmp_p
     (tmp_path / "arm.yaml").write_text(yaml.safe_dump({
         "schema": "nnhydro/arm/1", "name": "a section", "fluid": WATER, "joints": [{"type": "prismatic"}],
         "links": [{"length_m": 0.6, "diameter_m": 0.1, "mass_kg": 5.0, "com_m": 0.3, "inertia_kg_m2": 0.15}]}))
-    for seed in range(4):
+    for seed in range(2):
         turning = section_in_waves(seed)
         held = {"t_s": turning["t_s"], "q1_m": noise(seed, turning["t_s"], 1e-5), "tau1_N": turning["tau1_Nm"] / 0.3}
         pd.DataFrame(held).to_csv(tmp_path / "recordings" / f"r{seed}.csv", index=False)
