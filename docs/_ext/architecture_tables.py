@@ -26,6 +26,12 @@ def folders(package: Path) -> list[str]:
 
 
 @cache
+def nodes(path: Path) -> tuple[ast.AST, ...]:
+    """Return all nodes of the file at `path`, which several tables ask for."""
+    return tuple(ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
+
+
+@cache
 def depends(package: Path, dotted: str) -> dict[str, tuple[str, ...]]:
     """Return for each folder of `package` the others that it imports from, at the top of a file or inside a function."""
     names = folders(package)
@@ -33,7 +39,7 @@ def depends(package: Path, dotted: str) -> dict[str, tuple[str, ...]]:
     for name in names:
         used = set()
         for path in (package / name).rglob("*.py"):
-            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            for node in nodes(path):
                 modules = ([alias.name for alias in node.names] if isinstance(node, ast.Import) else
                            [f"{node.module}.{alias.name}" for alias in node.names] if isinstance(node, ast.ImportFrom) else [])
                 used |= {m.removeprefix(f"{dotted}.").split(".")[0] for m in modules if m.startswith(f"{dotted}.")}
@@ -86,7 +92,7 @@ def figures() -> dict[str, int]:
     inner = [path for path in paths if path.stem[:2] != "__"]
     outside = [path for path in inner if str(path.parent.relative_to(PACKAGE)) not in registries]
     lines = {path: len(path.read_text(encoding="utf-8").splitlines()) for path in inner}
-    classes = [node.name for node in chain.from_iterable(ast.walk(ast.parse(path.read_text(encoding="utf-8"))) for path in paths)
+    classes = [node.name for node in chain.from_iterable(map(nodes, paths))
                if isinstance(node, ast.ClassDef)]
     values = (len(paths), len({path.parent for path in inner} - {PACKAGE}),
               max(modules(folder) for folder in {path.parent for path in outside} - {PACKAGE}),

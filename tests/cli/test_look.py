@@ -4,7 +4,6 @@ import io
 import json
 import re
 import subprocess
-import sys
 from contextlib import redirect_stderr, redirect_stdout
 from functools import cache
 from pathlib import Path
@@ -90,8 +89,8 @@ def test_the_next_command_is_one_of_ours_and_can_be_typed(command, place, printe
 
 
 @SLOW  # a fresh interpreter
-def test_a_wide_table_is_not_cut_where_it_is_piped(place):
-    text = subprocess.run([sys.executable, "-m", "nnhydro", "identify", str(place / "campaign"), "--out", str(place / "out")],
+def test_a_wide_table_is_not_cut_where_it_is_piped(place, quick_python):
+    text = subprocess.run([quick_python / "python", "-m", "nnhydro", "identify", str(place / "campaign"), "--out", str(place / "out")],
                           capture_output=True, text=True, check=True).stdout
     assert "rigid_body.second_moment[2]" in text
     assert "…" not in text
