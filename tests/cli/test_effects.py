@@ -32,7 +32,7 @@ def test_a_card_explains_the_effect(id_, capsys):
         assert " ".join(text.split()) in out
 
 
-@pytest.mark.parametrize("id_", ["payload_mass", "stribeck_friction", "wave_orbital", "torque_saturation"])  # the manual draws all
+@pytest.mark.parametrize("id_", ["payload_mass", "stribeck_friction", "wave_orbital", "torque_saturation"])
 def test_a_picture_is_drawn(id_, tmp_path: Path, capsys):
     out = tmp_path / "new" / f"{id_}.png"
     assert run(["effects", id_, "--out", str(out)]) == 0

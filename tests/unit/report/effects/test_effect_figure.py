@@ -12,6 +12,7 @@ from nnhydro.report.effects.effect_figure import RATE, demonstration_motion, dra
 
 @pytest.mark.parametrize("id_", catalogue())
 def test_a_picture_has_something_to_show(id_):
+    assert "$" not in catalogue()[id_].name, "the title of a figure takes what stands between two of them for a formula"
     motion, without, with_it, joint = illustrate(catalogue()[id_])
     change = (with_it - without)[:, joint].abs().max()
     assert len(without) == len(with_it) == len(motion)
