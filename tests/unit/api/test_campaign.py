@@ -11,8 +11,9 @@ import nnhydro
 
 def test_a_folder_stands_for_its_campaign_and_anything_else_is_refused_in_one_line(tmp_path, healthy, fitted):
     folder = write_folder(healthy, tmp_path / "tank")
+    looked = nnhydro.check(nnhydro.load(folder)).to_frame()
     for given in (folder, str(folder)):
-        assert nnhydro.check(given).to_frame().equals(nnhydro.check(nnhydro.load(folder)).to_frame())
+        assert nnhydro.check(given).to_frame().equals(looked)
     assert nnhydro.identify(str(folder), "constant").to_frame().equals(nnhydro.identify(nnhydro.load(folder), "constant").to_frame())
     compared = nnhydro.benchmark(folder, ["textbook"], folds=2).to_frame()
     assert compared["error"].tolist() == nnhydro.benchmark([folder], ["textbook"], folds=2).to_frame()["error"].tolist()
