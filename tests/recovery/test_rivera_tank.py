@@ -17,12 +17,12 @@ CAMPAIGN = Path(__file__).parents[2] / "datasets" / "rivera_tank"
 
 @pytest.fixture
 def shorter_memories(monkeypatch):
-    """One memory of the strips is used instead of the mean of three, and each is trained in 50 passes instead of 90: they err more."""
+    """One memory of the strips is used instead of the mean of three, and each is trained in 70 passes instead of 90: they err more."""
     from nnhydro.fitting.network.strip_net import latest_nets, share
 
     fit = latest_nets.fit_strip_net
     monkeypatch.setattr(share, "NETS", 1)
-    monkeypatch.setattr(latest_nets, "fit_strip_net", lambda runs, seed: fit(runs, seed, epochs=50))
+    monkeypatch.setattr(latest_nets, "fit_strip_net", lambda runs, seed: fit(runs, seed, epochs=70))
     monkeypatch.setattr(latest_nets, "_LATEST", {})  # no other test gets such a net
 
 
