@@ -137,6 +137,8 @@ class Tables:
         by_atoms: dict[tuple[int | None, ...], list[Row]] = defaultdict(list)
         for row in fresh:
             atoms = tuple(k for k, _ in row)
+            if row in by_atoms[atoms]:
+                continue  # with the others over these atoms
             by_atoms[atoms] = [other for other in self.alike[atoms] if other not in self.places and (other in self.choice.rows) == (
                 row in self.choice.rows)] if len(atoms) > LONG else [*by_atoms[atoms], row]
         short, alike = [], dict[tuple[Any, bytes], list[tuple[tuple[int | None, ...], list[Row]]]]()

@@ -40,7 +40,11 @@ def strip_paths(flow: Flow, x: Tensor) -> tuple[Tensor, Tensor, Tensor]:
 
 def shielding(flow: Flow, x: Tensor, p: int, i: int) -> list[Tensor]:
     """Return for each reach how strongly the strips of link i (n, s) lie in the wake of link p, 0 to 1."""
-    position, velocity, joints = strip_paths(flow, x)
+    return flow.memo.of(("shielding", x.shape[1], p, i), lambda: _shielding(flow, x, p, i))
+
+
+def _shielding(flow: Flow, x: Tensor, p: int, i: int) -> list[Tensor]:
+    position, velocity, joints = flow.memo.of(("strip paths", x.shape[1]), lambda: strip_paths(flow, x))
     back = torch.exp(-1j * flow.phi[:, p, None])
     place, course = (position[:, i] - joints[:, p, None]) * back, velocity[:, i] * back
     speed = root(course.real**2 + course.imag**2)

@@ -186,11 +186,11 @@ def memories(flow: Flow, x: Tensor) -> tuple[Tensor, list[Tensor]]:
     w = flow.A[:, :, None] * x + flow.B[:, :, None]
     if flow.motion.wake is not None:
         return w, list(flow.motion.wake)
-    if flow.motion.carried is not None:
-        return w, list(_carried_memories(flow, flow.motion.carried, w).unbind(1))
-    if flow.motion.steady or len(flow.motion) < 2:
+    carried = flow.motion.carried
+    if carried is None and (flow.motion.steady or len(flow.motion) < 2):
         return w, _lasting_states(w)
-    return w, flow.memo.of(("bank", tuple(x.shape), float(x[0, 0])), lambda: _of_run(flow, w))
+    return w, flow.memo.of(("bank", tuple(x.shape), float(x[0, 0])),
+                           lambda: _of_run(flow, w) if carried is None else list(_carried_memories(flow, carried, w).unbind(1)))
 
 
 def _lasting_states(w: Tensor) -> list[Tensor]:

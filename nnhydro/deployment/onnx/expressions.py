@@ -27,7 +27,7 @@ class Scalar:
 
     def __init__(self, bias: float, terms: dict[int, float]) -> None:
         self.bias, self.terms = bias, terms
-        self.key = (bias, *sorted(terms.items()))
+        self.key: tuple[Any, ...] = (bias, *sorted(terms.items()))
 
 
 Value = float | Scalar
@@ -39,7 +39,7 @@ def row_of(x: Value) -> Row:
     """Return the terms of a linear combination, its constant included."""
     if not isinstance(x, Scalar):
         return ((None, float(x)),)
-    return (*(((None, x.bias),) if x.bias else ()), *sorted(x.terms.items()))
+    return ((None, x.bias), *x.key[1:]) if x.bias else x.key[1:]
 
 
 @final
