@@ -125,8 +125,8 @@ def hybrid(baseline):
 @cache
 def model_of(name):
     """The model called so: of MODELS, a hybrid, one on coefficients over the travel, or one with a net that remembers."""
-    learned = {"hybrid": lambda: hybrid("constant"), "hybrid on state": lambda: hybrid("state"),
-               "with memory": lambda: remembering(hybrid("constant")), "network with memory": lambda: remembering(hybrid(None))}
+    learned = {"hybrid": lambda: hybrid("constant"), "with memory": lambda: remembering(hybrid("constant")),
+               "with memory on state": lambda: remembering(hybrid("state")), "network with memory": lambda: remembering(hybrid(None))}
     return learned[name]() if name in learned else MODELS[name](arm(2))
 
 

@@ -27,27 +27,24 @@ def test_a_hundred_thousand_steps_in_c_are_the_model_s_torques(name, precision, 
     assert largest_error(driven(tmp_path, motion, precision, told["std"]), want) < SAME[precision]
 
 
-def written(model, folder, precision, flags=()):
-    """The header of `model` in C, as a function of a motion."""
-    return compiled(folder, precision, export_c(model, folder / "arm.h", precision)["std"], flags)
+@with_compiler
+@pytest.mark.slow(seconds=20)
+@pytest.mark.parametrize("precision", ["double", "single"])
+def test_a_hybrid_is_written_as_loops_and_gives_the_same_over_long_runs(precision, tmp_path):
+    (model, motion, want), slow = over(10_000, "with memory on state"), towed(4500)
+    torques = compiled(tmp_path, precision, export_c(model, tmp_path / "arm.h", precision)["std"], ("-DNO_DISPATCH",))
+    assert "static NOINLINE void plain_loop" in (tmp_path / "arm.h").read_text()
+    assert largest_error(torques(motion), want) < SAME[precision]
+    assert largest_error(torques(slow), model.torque(slow).numpy()) < SAME[precision]
 
 
 @with_compiler
-@pytest.mark.slow(seconds=35)
-@pytest.mark.parametrize(("name", "rows"), [("hybrid on state", 20_000), ("with memory", 40_000),  # the latter is "hybrid" and more
-                                           ("network with memory", 20_000)])
-def test_a_hybrid_is_written_as_loops_and_gives_the_same_over_long_runs(name, rows, tmp_path):
-    (model, motion, want), slow = over(rows, name), towed(4500)
-    flags = () if name == "hybrid on state" else ("-DNO_DISPATCH",)  # one of them for each kind of processor, which takes gcc longer
-    at_tow = model.torque(slow).numpy()
-    for precision in ("double", "single"):
-        torques = written(model, tmp_path, precision, flags)
-        assert "static NOINLINE void plain_loop" in (tmp_path / "arm.h").read_text()
-        far = largest_error(torques(motion), want)
-        assert far < SAME[precision], f"{precision}: {far:.1e}"
-        for widest in (1, 0) if not flags else ():
-            assert largest_error(torques(motion.rows(slice(6000)), widest), want[:6000]) < SAME[precision]
-        assert largest_error(torques(slow), at_tow) < SAME[precision]
+@pytest.mark.slow(seconds=15)
+def test_a_network_with_memory_gives_the_same_on_each_kind_of_processor(tmp_path):
+    model, motion, want = over(6000, "network with memory")
+    torques = compiled(tmp_path, "double", export_c(model, tmp_path / "arm.h")["std"])
+    for widest in (2, 1, 0):
+        assert largest_error(torques(motion, widest), want) < SAME["double"]
 
 
 def test_the_net_that_remembers_carries_more_than_a_tenth_of_the_torque():
@@ -79,16 +76,6 @@ def test_the_header_says_what_it_is_and_comes_with_steps_to_try_it(tmp_path):
     assert rows.dtype.names[-2:] == ("tau1_Nm", "tau2_Nm")
     assert (rows["dt_s"] < 0).sum() == 2
     assert told["memory"] == 2 * 10 * 6 + 2 * 3
-
-
-@with_compiler
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["state", "sheltered"])
-def test_a_few_hundred_steps_in_c_are_the_model_s_torques(name, tmp_path):
-    model, motion = model_of(name), long_run(300)
-    told = export_c(model, tmp_path / "arm.h")
-    want = model.torque(motion).numpy()
-    assert largest_error(driven(tmp_path, motion, "double", told["std"]), want) < SAME["double"]
 
 
 def test_the_header_is_code_where_it_was_code_before():
