@@ -124,7 +124,8 @@ def test_on_the_demo_campaign_the_hybrid_is_never_worse_under_any_protocol():
     every_third = list(shipped.recordings())[::3]
     whole = Campaign.of(shipped.arm, [r.rows(slice(None, None, 9), "every ninth row") for r in every_third])
     config = DEFAULT_LAWS.model_copy(update={"hidden": (16,), "members": 2, "epochs": 6})
-    for name in sorted(set(protocols()) - {"leave-arm-out"}):
+    own_folds = set(protocols()) - {"leave-arm-out", "learning-curve"}  # of so few recordings the curve is a fold of leave-recordings-out
+    for name in sorted(own_folds):
         result = BenchmarkOptions(["constant", "hybrid"], 2, config=config, protocol=name).benchmark(whole)
         for number in range(len(result.folds)):
             errors = result.fold_errors(number)

@@ -35,7 +35,7 @@ def test_under_a_controller_a_truth_with_memory_is_what_its_inverse_dynamics_say
     a = arm(2)
     for loads in (state_loads(a), state_loads(a, at_reversal="decay")):
         require_steps(loads, a)
-        r = run(loads, kind="pd", kp=60, kd=5)
+        r = run(loads, motion={**SLEW, "duration_s": 0.4}, kind="pd", kp=60, kd=5)
         q, qd, qdd, u0, du0 = (tensor(x) for x in r.state)
         inverse = loads.torque(Flow(a, Motion(tensor(r.t), q, qd, qdd, u0, du0)))
         np.testing.assert_allclose(r.tau, inverse, atol=1e-9)
@@ -47,7 +47,7 @@ def test_the_better_the_model_inside_the_smaller_the_tracking_error(tmp_path):
     truth = state_loads(a)
     save_model(StripTheory(a, GIVEN, {}, "state", truth), tmp_path / "model")
     gains = {"kp": 100.0, "kd": 20.0}
-    errors = [worst(run(truth, tmp_path, kind="computed_torque", model=name, **gains)) for name in ("dry", "textbook", "model")]
+    errors = [worst(run(truth, tmp_path, rate=50.0, kind="computed_torque", model=name, **gains)) for name in ("dry", "textbook", "model")]
     assert errors[2] < 0.5 * errors[1] < 0.5 * errors[0]
 
 
@@ -73,8 +73,8 @@ def test_a_boundary_layer_too_thin_for_the_delay_chatters():
 @pytest.mark.slow
 def test_an_integral_takes_away_what_a_steady_load_leaves():
     loads = planted(arm(2)).plus("lean", BuoyancyTilt((0.0, 0.0), (5.0, 2.0)))
-    still = {**SLEW, "q_rad": [[0.0, 0.2], [0.01, 0.2]], "duration_s": 0.1, "rest_s": 0.7}
-    plain, integral = (run(loads, None, still, QUICK, kind="pid", kp=60.0, kd=14.0, ki=ki) for ki in (0.0, 200.0))
+    still = {**SLEW, "q_rad": [[0.0, 0.2], [0.01, 0.2]], "duration_s": 0.1, "rest_s": 0.4}
+    plain, integral = (run(loads, None, still, QUICK, kind="pid", kp=60.0, kd=14.0, ki=ki) for ki in (0.0, 300.0))
     goal = np.array([0.01, 0.2])
     off, left = (np.abs(r.state.q[-40:].mean(axis=0) - goal).max() for r in (plain, integral))
     assert left < 0.5 * off
