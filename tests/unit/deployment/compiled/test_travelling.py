@@ -12,9 +12,10 @@ from nnhydro.physics.flow import Flow
 @pytest.mark.slow
 def test_the_travel_is_compiled_for_runs_and_steady_rows_and_one_state_does_not_tell_it():
     pytest.importorskip("numba")
-    made = compile_model(model_of(arm(), "state"))
+    links = 3
+    made = compile_model(model_of(arm(links), "state"))
     with pytest.raises(ModelError, match="travel s/D, which one state does not tell"):
-        made.step(*[0.1] * 8)
-    assert_equal(made, run(2, 400))
-    assert Flow(arm(), states(2, 50)).motion.steady
-    assert_equal(made, states(2, 50))
+        made.step(*[0.1] * (3 * links + 2))
+    assert Flow(arm(links), states(links, 50)).motion.steady
+    for motion in (states(links, 500), run(links, 333), run(links, 9001), run(links, 1)):
+        assert_equal(made, motion)

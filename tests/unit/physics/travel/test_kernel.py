@@ -28,8 +28,8 @@ def test_the_kernel_equals_the_strips_in_torch(seed, rows, kind, rule, per_link)
 
 @pytest.mark.slow  # each case compiles a kernel of its own
 @pytest.mark.parametrize(("links", "bsplines", "options"), [
-    (1, False, {}), (3, False, {}), (2, True, {}), (2, False, {"dwell_s": 0.3}), (2, False, {"at_reversal": "decay", "memory": 3.0}),
-    (2, False, {"at_reversal": "decay", "memory": 1.0, "dwell_s": 0.2})])
+    (1, False, {"dwell_s": 0.3}), (3, False, {"at_reversal": "decay", "memory": 3.0}),
+    (2, True, {"at_reversal": "decay", "memory": 1.0, "dwell_s": 0.2})])  # two links without either: above
 def test_the_kernel_equals_torch_for_every_rule_and_number_of_links(links, bsplines, options):
     a = arm(links)
     for seed, kind in enumerate(("from rest", "under way", "pauses", "still", "steady")):
