@@ -52,6 +52,12 @@ def long_run(rows, links=2, dt=2e-3):
     return Motion(t, a * (1 - torch.cos(phase)), a * w * torch.sin(phase), a * w**2 * torch.cos(phase), still, still)
 
 
+def under_way(rows=200):
+    """A run that begins in the middle of that motion, under tow."""
+    run, later = long_run(rows + 150), slice(150, None)
+    return Motion(run.t[:rows], run.q[later], run.qd[later], run.qdd[later], run.u0[:rows] + 0.2, run.du0[:rows])
+
+
 def largest_error(got, want):
     """The largest error of torques (n, 2), of the rms torque; infinite where one is no number."""
     far = np.abs(got - want).max() / np.sqrt((want**2).mean())

@@ -45,10 +45,17 @@ def built(source, out, *kinds):
     return sorted(out.iterdir())
 
 
+def version_of(source, out):
+    """The version that a wheel of `source` would have: its metadata alone."""
+    out.mkdir()
+    program = "import sys; from setuptools import build_meta; build_meta.prepare_metadata_for_build_wheel(sys.argv[1])"
+    call(sys.executable, "-c", program, str(out), cwd=source)
+    return next(out.glob("*.dist-info")).name.removeprefix("nnhydro-").removesuffix(".dist-info")
+
+
 @pytest.mark.slow
 def test_without_a_tag_there_is_still_a_version(tree, tmp_path):
-    (wheel,) = built(tree, tmp_path, "--wheel")
-    assert re.match(r"nnhydro-0\.\d+\.?\d*\.?dev\d+\+g[0-9a-f]+", wheel.name), wheel.name
+    assert re.match(r"0\.\d+\.?\d*\.?dev\d+\+g[0-9a-f]+", version_of(tree, tmp_path / "out"))
 
 
 @pytest.mark.slow
@@ -78,9 +85,8 @@ def test_a_tag_is_the_version_of_wheel_and_source_archive_and_of_what_is_built_f
 def test_a_tree_without_git_has_the_fallback_version(tree, tmp_path):
     bare = tmp_path / "bare"
     shutil.copytree(tree, bare, ignore=shutil.ignore_patterns(".git", "*.egg-info", "build"))
-    (wheel,) = built(bare, tmp_path / "out", "--wheel")
     fallback = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools_scm"]["fallback_version"]
-    assert wheel.name == f"nnhydro-{fallback}-py3-none-any.whl"
+    assert version_of(bare, tmp_path / "out") == fallback
 
 
 def test_the_version_is_known_and_looks_like_one():

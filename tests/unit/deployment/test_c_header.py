@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from campaigns import GIVEN, planted
 from rigs import HOSTILE, arm
-from stepped import MODELS, SAME, compiled, driven, largest_error, long_run, model_of, over, theory, towed
+from stepped import MODELS, SAME, compiled, driven, largest_error, long_run, model_of, over, theory, towed, under_way
 
 from nnhydro.deployment.c_header import export_c, header
 from nnhydro.deployment.native import compiler
@@ -25,6 +25,14 @@ def test_a_hundred_thousand_steps_in_c_are_the_model_s_torques(name, precision, 
     model, motion, want = over(100_000, name)
     told = export_c(model, tmp_path / "arm.h", precision)
     assert largest_error(driven(tmp_path, motion, precision, told["std"]), want) < SAME[precision]
+
+
+@with_compiler
+@pytest.mark.parametrize("name", ["state", "diagnosed"])
+def test_what_moves_in_its_first_step_has_moved_for_ever(name, tmp_path):
+    model, motion = model_of(name), under_way()
+    told = export_c(model, tmp_path / "arm.h")
+    assert largest_error(driven(tmp_path, motion, "double", told["std"]), model.torque(motion).numpy()) < SAME["double"]
 
 
 @with_compiler
