@@ -15,7 +15,7 @@ from nnhydro.recordings.segment import Segment
 from nnhydro.recordings.splitting import Unit
 
 Array = NDArray[np.float64]
-_RECENT = RecentMemo(10_000_000)  # what a benchmark has judged it draws
+_RECENT = RecentMemo(3_000_000)  # bytes: what a benchmark has judged it draws
 
 
 def _torque_and_std(model: TorqueModel, segment: Segment) -> tuple[Array, Array | None]:
