@@ -75,13 +75,12 @@ class Model(ResultView):
         return Prediction.of(prediction.predict(self.torque_model, motion, cutoff_hz))
 
     def export(self, file: str | Path) -> tuple[str, ...]:
-        """Write the model for others and return what the file cannot hold: FILE.onnx (one step in time, all of any model), FILE.xml
+        """Write the model for others and return what the file cannot hold: FILE.onnx (one step in time of any model), FILE.xml
         (MuJoCo, physics models) or FILE.csv (C_D and C_M over the distance travelled). Raises ConfigError for another ending.
         """
         out = Path(file)
         if out.suffix == ".onnx":
-            export_step(self.torque_model, out, "onnx")
-            return ()
+            return tuple(export_step(self.torque_model, out, "onnx")["left_out"])
         require(out.suffix in (".xml", ".csv"), f"{out}: give a file that ends in .onnx, .xml or .csv", ConfigError)
         made = mujoco_xml(self.torque_model) if out.suffix == ".xml" else None
         write_output(out, curves_csv(self.torque_model) if made is None else made.xml)

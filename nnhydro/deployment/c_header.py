@@ -16,7 +16,7 @@ import torch
 
 from nnhydro import __version__
 from nnhydro.deployment.c_program import PRECISIONS, c_function
-from nnhydro.deployment.step import BEGIN, MemoryStep, RecordedStep, record_step, record_torques, whole_sums
+from nnhydro.deployment.step import BEGIN, NO_INPUTS, MemoryStep, RecordedStep, record_step, record_torques, whole_sums
 from nnhydro.errors import require
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.runtime.files import comment_text, write_output
@@ -65,7 +65,8 @@ def header(made: RecordedStep, name: str, precision: str, digest: str, remarks: 
    Made by nnhydro {__version__} from the model {digest or "(not stored)"}.
    q1 from +X, the others relative to the link inboard, counter-clockwise, rad; u0, du0 carriage along +Y, m/s, m/s^2; dt s since the step
    before; tau N m, what the torque sensors read. NAME_reset begins a run: what stands still in its first step starts in water at rest, what
-   moves has long moved at that speed.{remark} */
+   moves has long moved at that speed.
+   No inputs: {NO_INPUTS}.{remark} */
 #ifndef {guard}
 #define {guard}
 #ifdef __FAST_MATH__

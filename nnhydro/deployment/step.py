@@ -2,8 +2,9 @@
 
     tau, memory' = step(q, qd, qdd, u0, du0, dt, memory),      dt < 0: the run begins with this instant, `memory` is not read
 
-Fed with the rows of a recording, one after the other, it gives what the model gives for the whole. What has no place in a step (a delay,
-an elastic drive) is refused, or left out with `mechanics` (dynamics/joint_model.py).
+Fed with the rows of a recording, one after the other, it gives what the model gives for the whole: on a base that moves along +Y alone, in
+water at rest, for no other motion of base or water is an input. What has no place in a step (a delay, an elastic drive) is refused, or left
+out with `mechanics` (dynamics/joint_model.py).
 """
 
 from collections.abc import Iterator
@@ -28,6 +29,7 @@ from nnhydro.physics.carried import StepMemory
 from nnhydro.physics.motion import Motion, trial_runs
 
 NAMES: Final = ("q", "qd", "qdd", "u0", "du0", "dt", "memory")
+NO_INPUTS: Final = "base motion along +X, heading of the base, current: a step is that of a base along +Y, not turned, in water at rest"
 ENCODER: Final = "encoder_offset"
 BEGIN: Final = -1.0  # s: dt of the first step
 WHOLE: Final = 3  # terms, in C, of a learned model: a sum that enters another one is computed once, so that loops run over the strips

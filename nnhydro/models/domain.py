@@ -19,7 +19,9 @@ from numpy.typing import NDArray
 from nnhydro.physics.flow import Flow
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.arm import Arm
+from nnhydro.recordings.segment import Segment
 from nnhydro.recordings.splitting import Unit
+from nnhydro.recordings.surroundings import moving_surroundings
 
 Array = NDArray[np.float64]
 DOMAIN = "domain"
@@ -63,11 +65,15 @@ def _spread_out(x: Array, count: int) -> Array:
 @final
 @dataclass(frozen=True, eq=False)
 class Domain:
-    """The region of a training: points (m, k) in inputs over their spread (k,), and the distance d_0 that still counts as inside."""
+    """The region of a training: points (m, k) in inputs over their spread (k,), the distance d_0 that still counts as inside.
+
+    `surroundings` names what moved besides the joints and a base along +Y.
+    """
 
     spread: Array
     points: Array
     reach: float
+    surroundings: tuple[str, ...] = ()
 
     def outside(self, motion: Motion, arm: Arm) -> Array:
         """Return how far outside each row lies, (n,) from 0 to 1."""
@@ -80,22 +86,23 @@ class Domain:
         def round_to(x: Array) -> Any:
             return np.vectorize(lambda value: float(f"{value:.{DIGITS}g}"))(x).tolist()
 
-        return {"spread": round_to(self.spread), "points": round_to(self.points), "reach": float(f"{self.reach:.{DIGITS}g}")}
+        return {"spread": round_to(self.spread), "points": round_to(self.points), "reach": float(f"{self.reach:.{DIGITS}g}"),
+                "surroundings": list(self.surroundings)}
 
     @staticmethod
     def parse(document: Any) -> "Domain | None":
         """Return the region that `document()` stored; None where there is none that fits together."""
         try:
-            found = Domain(np.array(document["spread"], dtype=float), np.array(document["points"], dtype=float), float(document["reach"]))
+            found = Domain(np.array(document["spread"], dtype=float), np.array(document["points"], dtype=float), float(document["reach"]),
+                           tuple(map(str, document.get("surroundings", ()))))
         except (TypeError, KeyError, ValueError):
             return None
         return found if found.points.ndim == 2 and found.points.shape[1:] == found.spread.shape and len(found.points) else None
 
 
-def _rows(unit: Unit, arm: Arm) -> Array:
+def _rows(segments: Iterable[Segment], arm: Arm) -> Array:
     """Inputs of some rows of a unit, evenly spread over it."""
-    unit_arm = arm if unit.arm is None else unit.arm
-    parts = [inputs(Motion.of(segment), unit_arm)[segment.keep] for segment in unit.segments() if segment.keep.any()]
+    parts = [inputs(Motion.of(segment), arm)[segment.keep] for segment in segments if segment.keep.any()]
     x: Array = np.concatenate(parts) if parts else np.zeros((0, 1))
     some: Array = x[np.linspace(0, len(x) - 1, min(ROWS, len(x))).astype(int)]
     return some
@@ -114,7 +121,12 @@ def _held_out(groups: Sequence[Array]) -> Array:
 
 def domain_of(chosen: Iterable[Unit], arm: Arm) -> Domain | None:
     """Return the region that the units `chosen` cover; None where they hold no rows."""
-    groups = [x for unit in chosen if len(x := _rows(unit, arm)) > 1]
+    groups, surroundings = [], set[str]()
+    for unit in chosen:
+        segments = unit.segments()
+        groups.append(_rows(segments, arm if unit.arm is None else unit.arm))
+        surroundings |= moving_surroundings(segments)
+    groups = [x for x in groups if len(x) > 1]
     if not groups:
         return None
     every = np.concatenate(groups)
@@ -123,4 +135,5 @@ def domain_of(chosen: Iterable[Unit], arm: Arm) -> Domain | None:
     if len(groups) == 1:
         groups = list(np.array_split(groups[0], 2))
     far = _held_out(groups)
-    return Domain(spread, _spread_out(every / spread, POINTS), max(float(np.quantile(far, INSIDE)), 1e-6))
+    reach = max(float(np.quantile(far, INSIDE)), 1e-6)
+    return Domain(spread, _spread_out(every / spread, POINTS), reach, tuple(sorted(surroundings)))

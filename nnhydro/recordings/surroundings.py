@@ -4,6 +4,7 @@
     r = velocity of joint 1 through the water, along the axes at rest                                         [m/s]
 """
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -43,3 +44,13 @@ def through_water(x: Recording | Segment | SteadyTable) -> Array:
     n = len(x)
     velocity = np.column_stack([np.zeros(n) if x.base is None else x.base[:, 0], np.zeros(n) if x.u0 is None else x.u0])
     return velocity if x.current is None else velocity - x.current
+
+
+def moving_surroundings(segments: Iterable[Segment]) -> set[str]:
+    """Return what moves in `segments` besides the joints and a base along +Y, in words."""
+    found: set[str] = set()
+    for segment in segments:
+        base = None if segment.base is None else segment.base[:, 0]
+        channels = {"base motion along +X": base, "heading of the base": segment.heading, "measured current": segment.current}
+        found |= {name for name, channel in channels.items() if channel is not None and channel.any()}
+    return found

@@ -4,13 +4,14 @@ The graph is one step in time (deployment/step.py): belt, gears, baseline, featu
 Before it is written it is compared with the model, step by step along runs from rest and under tow.
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 import torch
 
-from nnhydro.deployment.step import RecordedStep, record_step
+from nnhydro.deployment.step import NO_INPUTS, RecordedStep, record_step
 from nnhydro.errors import missing_extra, require
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.motion import trial_runs
@@ -29,8 +30,8 @@ BEGIN: Final = ("dt = -1 in the first step: what stands still then starts in wat
                 "Memory is not read in it (give zeros). Then dt is the time since the step before and memory its memory_next.")
 
 
-def sidecar(recorded: RecordedStep, declared: list[str], precision: str, digest: str) -> dict[str, Any]:
-    """Return FILE.onnx.json: names, shapes, units, conventions, how to begin, and which model it is."""
+def sidecar(recorded: RecordedStep, declared: list[str], precision: str, digest: str, left_out: Sequence[str]) -> dict[str, Any]:
+    """Return FILE.onnx.json: names, shapes, units, conventions, how to begin, which model it is, and what the file lacks of it."""
     import onnx
 
     model, shapes = recorded.step.model, recorded.step.shapes()
@@ -41,7 +42,7 @@ def sidecar(recorded: RecordedStep, declared: list[str], precision: str, digest:
         "inputs": [{"name": name, "shape": list(shapes[name]), "unit": UNITS[name][0], "meaning": UNITS[name][1]} for name in declared],
         "outputs": [{"name": name, "shape": list(values.shape), "unit": OUTPUTS[name][0], "meaning": OUTPUTS[name][1]}
                     for name, values in recorded.outputs.items()],
-        "memory": BEGIN if recorded.step.size else None,
+        "no_inputs": NO_INPUTS, "left_out": list(left_out), "memory": BEGIN if recorded.step.size else None,
         "conventions": "q1 from +X, the others relative to the link inboard, counter-clockwise; the carriage moves along +Y; torques are "
                        "what the drives supply, positive along +q, behind belt and gears where the arm has them; inputs that no output "
                        "depends on are left out",
@@ -51,8 +52,9 @@ def sidecar(recorded: RecordedStep, declared: list[str], precision: str, digest:
         "versions": {"torch": torch.__version__, "onnx": onnx.__version__}}
 
 
-def export_onnx(model: TorqueModel, out: Path, precision: str = "double", digest: str = "") -> dict[str, Any]:
-    """Write one step of `model` to `out`, and what a user of it needs to know to `out`.json; returns the latter.
+def export_onnx(model: TorqueModel, out: Path, precision: str = "double", digest: str = "",
+                left_out: Sequence[str] = ()) -> dict[str, Any]:
+    """Write one step of `model` to `out`, and what a user of it needs to know to `out`.json, `left_out` included; returns the latter.
 
     Raises MissingExtraError without the library onnx, ConfigError for an unknown precision, ModelError where the model cannot be exported.
     """
@@ -69,7 +71,7 @@ def export_onnx(model: TorqueModel, out: Path, precision: str = "double", digest
         refuse_foreign(path)
     recorded = record_step(model)
     graph = onnx_model(recorded.program, recorded.step.shapes(), recorded.outputs, PRECISIONS[precision], OPSET, {"model_digest": digest})
-    description = sidecar(recorded, [entry.name for entry in graph.graph.input], precision, digest)
+    description = sidecar(recorded, [entry.name for entry in graph.graph.input], precision, digest, left_out)
     graph.metadata_props.add(key="nnhydro", value=json_text(description))
     write_output(out, graph.SerializeToString())
     write_output(record, json_text(description))

@@ -10,6 +10,7 @@ from rigs import arm
 from nnhydro.errors import RecordingError
 from nnhydro.fitting.identify import identify
 from nnhydro.fitting.network.train import train
+from nnhydro.models.domain import DOMAIN
 from nnhydro.models.prediction import predict
 from nnhydro.physics.motion import Motion
 from nnhydro.recordings.campaign import Campaign, open_campaign
@@ -149,3 +150,13 @@ def test_check_says_what_of_base_and_water_was_given_and_how_fast_it_makes_the_a
     assert "dbase" in found.entries[0].derived
     still = survey(Campaign.of(a, [replace(r, base=None, dbase=None, current=None, dcurrent=None)]))
     assert found.links[0].top_speed_m_s > still.links[0].top_speed_m_s + 0.2
+
+
+@pytest.mark.parametrize(("channels", "names"), [
+    ({}, []), ({"current": (0.1, 0.0)}, ["measured current"]), ({"base": (0.2, 0.0)}, ["base motion along +X"]), ({"base": (0.0, 0.0)}, []),
+    ({"base": (0.0, 0.1), "current": (0.0, 0.1)}, ["heading of the base", "measured current"])])
+def test_a_model_s_record_says_what_moved_besides_the_joints_and_the_carriage(channels, names):
+    a = arm(1)
+    runs = [recording(a, planted(a), f"run{i}", i, speed=0.3) for i in range(2)]
+    runs = [replace(r, **{name: np.tile(x, (len(r), 1)) for name, x in channels.items()}) for r in runs]
+    assert identify(Campaign.of(a, runs), "constant").fit[DOMAIN]["surroundings"] == names
