@@ -10,7 +10,7 @@ than a float's last digit a step, and whether a strip has turned back must not h
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import torch
 
@@ -22,12 +22,26 @@ from nnhydro.models.torque_model import TorqueModel
 from nnhydro.runtime.files import comment_text, write_output
 from nnhydro.runtime.stamp import refuse_foreign
 
+NOT_FINITE: Final = """
+   A step with an input that is NaN or infinite gives NaN and leaves the memory as it was; the next dt counts from the step before."""
+
 
 def _inputs(step: MemoryStep) -> list[str]:
     """The statements that lay what a step is given before what it remembers."""
     n = step.model.arm.n_links
     fill = [f"s->values[{k * n + i}] = {name}[{i}];" for k, name in enumerate(("q", "qd", "qdd")) for i in range(n)]
     return [*fill, f"s->values[{3 * n}] = u0; s->values[{3 * n + 1}] = du0; s->values[{3 * n + 2}] = s->begun ? dt : {BEGIN!r};"]
+
+
+def _without_answer(step: MemoryStep) -> list[str]:
+    """The statements that end a step where an input is not finite: its torques are NaN, and what was remembered before stays."""
+    if not step.size:
+        return []
+    n = step.model.arm.n_links
+    nan = " ".join(f"{target}[i] = NAN;" for target in ("tau", "std")[:1 + step.with_std])
+    total = " + ".join(f"s->values[{k}]" for k in range(3 * (n + 1)))
+    return [f"const double sum = {total}; /* not finite where one of them is not */",
+            f"if (sum - sum != 0) {{ for (int i = 0; i < {n}; ++i) {{ {nan} }} return; }}"]
 
 
 def _functions(made: RecordedStep, name: str, precision: str) -> tuple[str, list[str]]:
@@ -38,11 +52,11 @@ def _functions(made: RecordedStep, name: str, precision: str) -> tuple[str, list
     if precision == "double" or not following:
         text = c_function(f"static inline void {name}_outputs", made.program, torques + following, precision)
         out = f"{PRECISIONS[precision]} *const out = s->values + {motion - len(torques)}; /* torques end where the memory begins */"
-        return text, [out, *_inputs(step), f"{name}_outputs(s->values, out);"]
+        return text, [*_inputs(step), *_without_answer(step), out, f"{name}_outputs(s->values, out);"]
     program, torques = record_torques(step)
     text = "\n".join([c_function(f"static inline void {name}_memory", made.program, following, "double", "m_"),
                       c_function(f"static inline void {name}_outputs", program, torques, precision)])
-    return text, [f"float given[{program.n_inputs}], out[{len(torques)}];", *_inputs(step),
+    return text, [*_inputs(step), *_without_answer(step), f"float given[{program.n_inputs}], out[{len(torques)}];",
                   f"{name}_memory(s->values, s->values + {motion});",
                   f"for (int i = 0; i < {motion - 1}; ++i) given[i] = (float)s->values[i]; /* all but dt */",
                   f"for (int i = 0; i < {step.size}; ++i) given[{motion - 1} + i] = (float)s->values[{motion} + i];",
@@ -65,12 +79,12 @@ def header(made: RecordedStep, name: str, precision: str, digest: str, remarks: 
    Made by nnhydro {__version__} from the model {digest or "(not stored)"}.
    q1 from +X, the others relative to the link inboard, counter-clockwise, rad; u0, du0 carriage along +Y, m/s, m/s^2; dt s since the step
    before; tau N m, what the torque sensors read. NAME_reset begins a run: what stands still in its first step starts in water at rest, what
-   moves has long moved at that speed.
+   moves has long moved at that speed.{NOT_FINITE if step.size else ""}
    No inputs: {NO_INPUTS}.{remark} */
 #ifndef {guard}
 #define {guard}
-#ifdef __FAST_MATH__
-#error "compile without -ffast-math: it changes what the sums in f_exp round to"
+#if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__)
+#error "compile without -ffast-math and -ffinite-math-only: sums in f_exp would round otherwise, and NaN would pass for a number"
 #endif
 #include <math.h>
 #define {upper}_JOINTS {joints}

@@ -3,6 +3,7 @@
     tau, memory_next = step(q, qd, qdd, u0, du0, dt, memory)                        dt < 0: the run begins with this step
 
 Read it with `casadi.Function.deserialize(text of the file)`. It is made from the program that the model itself left when it was traced.
+Where an input is not finite, memory_next is of no use: keep the memory before.
 Source: Andersson et al. (2019), Math. Prog. Comp. 11, 1 (CasADi).
 """
 

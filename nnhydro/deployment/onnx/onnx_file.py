@@ -27,7 +27,8 @@ UNITS: Final = {"q": ("rad", "joint angles, joint-relative"), "qd": ("rad/s", "j
 OUTPUTS: Final = {"tau": ("N m", "torques that the sensors read, before any filter"), "std": ("N m", "their standard deviation"),
                   "memory_next": ("SI", "memory for the step that follows")}
 BEGIN: Final = ("dt = -1 in the first step: what stands still then starts in water at rest, what moves has long moved at that speed. "
-                "Memory is not read in it (give zeros). Then dt is the time since the step before and memory its memory_next.")
+                "Memory is not read in it (give zeros). Then dt is the time since the step before and memory its memory_next. After a step "
+                "with an input that is NaN or infinite, keep the memory before it: its memory_next holds NaN, or is wrong.")
 
 
 def sidecar(recorded: RecordedStep, declared: list[str], precision: str, digest: str, left_out: Sequence[str]) -> dict[str, Any]:

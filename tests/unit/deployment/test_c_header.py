@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import torch
 from campaigns import GIVEN, planted
 from rigs import HOSTILE, arm
 from stepped import MODELS, SAME, compiled, driven, largest_error, long_run, model_of, over, theory, towed, under_way
@@ -71,6 +72,31 @@ def test_a_slow_tow_in_single_precision_forgets_no_travel(tmp_path):
     want = model.torque(motion).numpy()
     far = largest_error(driven(tmp_path, motion, "single", told["std"]), want)
     assert far < SAME["single"], f"{far:.1e}: with travel added up in single precision it is 9e-5"
+
+
+@with_compiler
+@pytest.mark.parametrize(("name", "precision"), [
+    ("state", "double"), ("state", "single"),
+    pytest.param("with memory on state", "double", marks=pytest.mark.slow(seconds=15))])
+def test_a_step_whose_input_is_not_finite_gives_nan_and_leaves_what_was_remembered(name, precision, tmp_path):
+    torques = compiled(tmp_path, precision, export_c(model_of(name), tmp_path / "arm.h", precision)["std"])
+    motion = long_run(400)
+    broken, bad = replace(motion, **{key: getattr(motion, key).clone() for key in ("t", "q", "qd", "qdd", "u0", "du0")}), [0, 380, 381]
+    broken.q[0, 1], broken.t[380] = torch.nan, torch.inf  # the first step, and times: two steps have no dt
+    for k, key in enumerate(("q", "qd", "qdd", "u0", "du0")):
+        getattr(broken, key)[200 + 7 * k] = torch.inf if k % 2 else torch.nan
+        bad.append(200 + 7 * k)
+    got, good = torques(broken), np.setdiff1d(np.arange(400), bad)
+    assert np.isnan(got[bad]).all()
+    alone = replace(motion.rows(torch.from_numpy(good)), t=motion.t[:len(good)])
+    assert largest_error(got[good], torques(alone)) < SAME[precision]
+
+
+@with_compiler
+def test_flags_under_which_nan_passes_for_a_number_are_refused(tmp_path):
+    export_c(model_of("constant"), tmp_path / "arm.h")
+    with pytest.raises(AssertionError, match="compile without -ffast-math"):
+        compiled(tmp_path, "double", False, ("-ffinite-math-only",))
 
 
 @with_compiler
