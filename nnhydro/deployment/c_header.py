@@ -1,7 +1,9 @@
 """`FILE.h`: one step in time of a model as one self-contained C99 header without allocation, and `FILE.h.test.csv` to try it by.
 
     NAME_state s;  NAME_reset(&s);
-    NAME_step(&s, q, qd, qdd, u0, du0, dt, tau);            the first step after a reset begins the run, its dt is not read
+    NAME_step(&s, q, qd, qdd, u0, du0, dt, tau);            tau, std where the model has a standard deviation
+
+The first step after a reset begins the run, its dt is not read; so does a step with dt < 0.
 
 In single precision the memory is kept and carried on in double, and the torques are taken from it: the travel of a slow tow grows by less
 than a float's last digit a step, and whether a strip has turned back must not hang on one.
@@ -77,9 +79,11 @@ def header(made: RecordedStep, name: str, precision: str, digest: str, remarks: 
     model = comment_text(getattr(step.model, "name", step.model.kind))
     return f"""/* {model}: joint torques of an arm in water, one step in time. C99, no allocation, {precision} precision.
    Made by nnhydro {__version__} from the model {digest or "(not stored)"}.
+       {name}_state s;  {name}_reset(&s);  {name}_step(&s, q, qd, qdd, u0, du0, dt, tau{", std" * with_std});
    q1 from +X, the others relative to the link inboard, counter-clockwise, rad; u0, du0 carriage along +Y, m/s, m/s^2; dt s since the step
-   before; tau N m, what the torque sensors read. NAME_reset begins a run: what stands still in its first step starts in water at rest, what
-   moves has long moved at that speed.{NOT_FINITE if step.size else ""}
+   before; tau N m, what the torque sensors read{"; std N m, its standard deviation" * with_std}. Each is {real}, the arrays of {joints}.
+   A run begins with the first step after a reset, whose dt is not read, or with a step of dt < 0: what stands still in it starts in water
+   at rest, what moves has long moved at that speed.{NOT_FINITE if step.size else ""}
    No inputs: {NO_INPUTS}.{remark} */
 #ifndef {guard}
 #define {guard}

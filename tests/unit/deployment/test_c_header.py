@@ -1,6 +1,9 @@
 """The header, compiled by the C compiler, gives the model's torques over 100,000 steps; no name in it becomes code."""
 
+import re
+import subprocess
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -90,6 +93,35 @@ def test_a_step_whose_input_is_not_finite_gives_nan_and_leaves_what_was_remember
     assert np.isnan(got[bad]).all()
     alone = replace(motion.rows(torch.from_numpy(good)), t=motion.t[:len(good)])
     assert largest_error(got[good], torques(alone)) < SAME[precision]
+
+
+def compiles(folder, statements):
+    """Whether `statements` compile with the header in `folder`; raises CalledProcessError where not."""
+    (folder / "use.c").write_text(f'#include "arm.h"\nvoid use(const double *q, const double *qd, const double *qdd, double u0, '
+                                  f'double du0, double dt, double *tau, double *std) {{\n(void)std;\n{statements}\n}}\n')
+    subprocess.run([compiler(), "-std=c99", "-Wall", "-Wextra", "-Werror", "-c", "use.c"], cwd=folder, check=True)
+    return True
+
+
+@with_compiler
+@pytest.mark.parametrize("name", ["state", pytest.param("hybrid", marks=pytest.mark.slow(seconds=5))])
+def test_the_call_in_the_header_s_comment_and_that_of_the_manual_compile(name, tmp_path):
+    told = export_c(model_of(name), tmp_path / "arm.h")
+    (call,) = (line for line in (tmp_path / "arm.h").read_text().splitlines() if line.strip().startswith("arm_state s;"))
+    assert compiles(tmp_path, call)
+    page = (Path(__file__).parents[3] / "docs" / "dynamics.md").read_text()
+    (block,) = re.findall(r"^```\n(arm_state s;\n.*?)^```$", page, re.M | re.S)
+    assert compiles(tmp_path, block if told["std"] else block.replace(", std", ""))
+
+
+@with_compiler
+def test_a_step_of_negative_dt_begins_a_run_and_the_header_says_so(tmp_path):
+    export_c(model_of("state"), tmp_path / "arm.h")
+    assert "dt < 0" in (tmp_path / "arm.h").read_text()
+    torques, motion, later = compiled(tmp_path, "double", False), long_run(200), slice(100, None)
+    again = replace(motion, t=torch.where(motion.t < motion.t[100], motion.t, motion.t - 1.0))
+    np.testing.assert_array_equal(torques(again)[later], torques(motion.rows(later)))
+    assert largest_error(torques(motion)[later], torques(again)[later]) > 1e-3
 
 
 @with_compiler
