@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from nnhydro.models.torque_model import TorqueModel
 
 STEPS = ("onnx", "c", "casadi")
+PRECISE = ("onnx", "c")
 FORMATS = (*STEPS, "mujoco", "curves")
 
 
@@ -92,6 +93,8 @@ def export(
     from nnhydro.runtime.registry import choices
 
     require(kind in FORMATS, f"--format {kind!r} is unknown: {choices(kind, FORMATS)}")
+    require(kind in PRECISE or precision == "double", f"--precision {precision!r} belongs to --format onnx and c: {kind} has no other than "
+            "double: leave it out")
     require(kind in STEPS or not without_instruments, f"--without-instruments belongs to --format onnx, c and casadi, not to {kind}")
     loaded = _load(model, kind, without_instruments)
     written, verdict = (_step(model, loaded, out, kind, precision, without_instruments) if kind in STEPS else

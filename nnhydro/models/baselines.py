@@ -4,8 +4,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import final
 
-from nnhydro.errors import ConfigError
+from nnhydro.errors import ConfigError, ModelError
 from nnhydro.models.stated_terms import with_stated
+from nnhydro.models.strip_theory import StripTheory
+from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.load_sum import Loads
 from nnhydro.physics.loads.added_mass import AddedMass
 from nnhydro.physics.loads.normal_drag import NormalDrag
@@ -50,3 +52,12 @@ def baseline(name: str) -> NamedBaseline:
     if name not in BASELINES:
         raise ConfigError(f"unknown physics model {name!r}: {choices(name, BASELINES)}")
     return BASELINES[name]
+
+
+def physics_model(model: TorqueModel, lacks: str) -> StripTheory:
+    """Return `model` itself if it is a physics model; raises ModelError, with what others lack and the command that fits one, if not."""
+    if isinstance(model, StripTheory):
+        return model
+    name = getattr(getattr(model, "baseline", None), "name", "")
+    raise ModelError(f"a {getattr(model, 'name', model.kind)} has no {lacks}, a physics model has: fit one to the same recordings, "
+                     f"nnhydro identify CAMPAIGN --model {name if name in BASELINES else 'constant'} --out PHYSICS, and export PHYSICS")

@@ -1,10 +1,12 @@
 """`nnhydro gains` and `nnhydro export` as a user meets them."""
 
 import json
+import re
 
 import pytest
-from campaigns import GIVEN, TINY, campaign, planted
+from campaigns import GIVEN, TINY, campaign, planted, write_folder
 from rigs import arm
+from untrained import learned
 
 from nnhydro.fitting.network.train import train
 from nnhydro.models.storage import save_model
@@ -92,3 +94,25 @@ def test_export_of_a_model_over_the_travel_holds_its_memory(place, said, tmp_pat
     assert code == 2
     assert "--without-instruments" in err
     assert not (tmp_path / "a.csv").exists()
+
+
+@pytest.mark.parametrize("kind", ["casadi", "mujoco", "curves"])
+def test_a_precision_that_a_format_does_not_have_is_refused(place, said, tmp_path, kind):
+    code, out, err = said("export", place / "constant", "--format", kind, "--precision", "single", "--out", tmp_path / "a")
+    assert (code, out) == (2, "")
+    assert f"{kind} has no other than double" in err
+    assert len(err.splitlines()) == 1
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("kind", ["curves", "mujoco"])
+def test_the_command_that_a_hybrid_s_refusal_names_gives_a_model_that_is_exported(said, tmp_path, kind):
+    a = arm(1)
+    save_model(learned(a, hybrid=True), tmp_path / "hybrid")
+    recordings = write_folder(campaign(a, planted(a), 2, seconds=1.5, rate=50.0), tmp_path / "campaign")
+    code, _, err = said("export", tmp_path / "hybrid", "--format", kind, "--out", tmp_path / "a")
+    assert (code, len(err.splitlines())) == (2, 1)
+    (command,) = re.findall("nnhydro (identify .* --out PHYSICS),", err)
+    known = {"CAMPAIGN": recordings, "PHYSICS": tmp_path / "physics"}
+    assert said(*(known.get(word, word) for word in command.split()))[0] == 0
+    assert said("export", tmp_path / "physics", "--format", kind, "--out", tmp_path / "a")[0] == 0

@@ -9,7 +9,7 @@ from typing import Any
 import torch
 from torch import Tensor
 
-from nnhydro.errors import ModelError
+from nnhydro.models.baselines import physics_model
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.loads.added_mass import AddedMass
@@ -30,9 +30,7 @@ def _over(model: StripTheory, s: Tensor, link: int, constant: type[Any], symbol:
 
 def coefficient_rows(model: TorqueModel) -> Iterator[tuple[float, int, float, float]]:
     """Yield s/D, link (from 1), C_D and C_M, link after link; raises ModelError where the model has no coefficients."""
-    if not isinstance(model, StripTheory):
-        raise ModelError(f"a {getattr(model, 'name', model.kind)} has no coefficient curves: they belong to physics models; its baseline "
-                         "has them")
+    model = physics_model(model, "coefficient curves")
     s = torch.linspace(0.0, FARTHEST, STEPS + 1, dtype=torch.float64)
     for link in range(model.arm.n_links):
         C_D = _over(model, s, link, NormalDrag, "C_D", drag_curve)

@@ -18,6 +18,7 @@ from math import pi
 from typing import Any, final
 
 from nnhydro.errors import ModelError, require
+from nnhydro.models.baselines import physics_model
 from nnhydro.models.strip_theory import StripTheory
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.loads.coulomb_friction import CoulombTerm
@@ -153,9 +154,7 @@ def mujoco_xml(model: TorqueModel) -> MujocoFile:
 
     World axes are those of conventions.py: joints turn about +Z, weight (where there is any) pulls along -Y.
     """
-    if not isinstance(model, StripTheory):
-        raise ModelError(f"a {getattr(model, 'name', model.kind)} has no parameters that MuJoCo could hold: export its baseline, or "
-                         "--format onnx for the whole of it")
+    model = physics_model(model, "parameters that MuJoCo could hold (--format onnx holds the whole of it)")
     require(not model.arm.sliding, "a linear axis is not written to MuJoCo files: export it as onnx", ModelError)
     rigid = next((term for term in model.loads.terms.values() if isinstance(term, RigidBody)), None)
     require(rigid is not None, "the model has no rigid body: MuJoCo needs masses", ModelError)

@@ -1,10 +1,13 @@
 """The analytic baselines by name."""
 
+from dataclasses import replace
+
 import pytest
 from rigs import arm, assert_close, run
+from untrained import learned
 
-from nnhydro.errors import ConfigError
-from nnhydro.models.baselines import BASELINES, baseline
+from nnhydro.errors import ConfigError, ModelError
+from nnhydro.models.baselines import BASELINES, baseline, physics_model
 from nnhydro.physics.flow import Flow
 
 
@@ -31,3 +34,12 @@ def test_in_air_every_baseline_is_the_rigid_arm():
     dry = BASELINES["rigid"].start(a).torque(flow)
     for known in BASELINES.values():
         assert_close(known.start(a).torque(flow), dry)
+
+
+@pytest.mark.parametrize(("name", "advised"), [("state", "state"), ("of a diagnosis", "constant")])
+def test_a_hybrid_is_no_physics_model_and_its_baseline_is_named(name, advised):
+    hybrid = learned(arm(1), hybrid=True)
+    base = replace(hybrid.baseline, name=name)
+    with pytest.raises(ModelError, match=rf"a hybrid has no masses, .* identify CAMPAIGN --model {advised} --out PHYSICS, and"):
+        physics_model(replace(hybrid, baseline=base), "masses")
+    assert physics_model(base, "masses") is base
