@@ -36,6 +36,10 @@ class ModelError(NnhydroError):
     """A model folder cannot be used."""
 
 
+class ModelWarning(UserWarning):
+    """An answer of a model that may mislead: Python's `warnings` show it once, or raise it where asked to."""
+
+
 class MissingExtraError(NnhydroError):
     """An optional library is not installed."""
 

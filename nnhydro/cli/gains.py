@@ -4,7 +4,9 @@ from pathlib import Path
 
 import typer
 
-from nnhydro.cli.terminal.output import JSON, QUIET, conclude, emit, shell_words, table
+from nnhydro.cli.terminal.output import JSON, QUIET, conclude, emit, say, shell_words, table
+
+MOST = 1e3  # rad, rad/s, m/s: beyond it a number is a slip of the unit or of the keyboard
 
 
 def gains(
@@ -21,6 +23,7 @@ def gains(
     Prints effective damping and inertia: derivatives of the torques with respect to joint rates and accelerations. Shows them for the
     model, its baseline and the textbook model.
     """
+    from nnhydro.dynamics.inertia_check import inertia_check
     from nnhydro.errors import require
     from nnhydro.models.gains.sweeps import Around, document, sweeps
     from nnhydro.models.storage import load_model
@@ -31,13 +34,15 @@ def gains(
         angles = tuple(float(x) for x in posture.split(",") if x.strip())
     except ValueError:
         angles = (float("nan"),)
-    finite = all(abs(x) < 1e3 for x in (*angles, tow))
-    require(finite, f"--posture {posture!r}, --tow {tow}: give finite numbers, angles as in --posture 0.3,-0.5 (rad)")
-    require(0 < speed < 1e3, f"--speed {speed}: give the greatest joint speed in rad/s, above 0")
+    require(all(abs(x) < MOST for x in angles), f"--posture {posture!r}: give angles between -{MOST:g} and {MOST:g} rad, as in "
+            "--posture 0.3,-0.5")
+    require(abs(tow) < MOST, f"--tow {tow}: give the speed of the carriage in m/s, between -{MOST:g} and {MOST:g}")
+    require(0 < speed < MOST, f"--speed {speed}: give the greatest joint speed in rad/s, above 0 and below {MOST:g}")
     check_folder(out, "gains.json")
     loaded, around = load_model(model), Around(speed, tow, angles)
     made = sweeps(loaded, around)
-    result = document(loaded, around, made)
+    checked = inertia_check(loaded)
+    result = {**document(loaded, around, made), "inertia_check": None if checked is None else checked.document()}
     with whole_folder(out, "gains.json") as folder:
         (folder / "gains.json").write_text(json_text(result), encoding="utf-8")
         gain_figure(made, result["model"], folder / "gains", loaded.arm.sliding)
@@ -47,5 +52,7 @@ def gains(
     columns, rows = gain_rows(made)
     columns = [loaded.arm.text(name) for name in columns]
     table(f"{result['model']}: gains of joints that move alone, wake developed", columns, rows)
+    if checked is not None:
+        say(checked.sentence())
     conclude(loaded.arm.text(gain_verdict(made)), [out / "gains.json", out / "gains.png"],
              f"nnhydro export {shell_words(model)} --format onnx --out {shell_words(model.name)}.onnx   (for a controller)")

@@ -14,6 +14,7 @@ from nnhydro.cli.terminal.output import (
     emit,
     note,
     nothing_to_hold_out,
+    say,
     shell_words,
     show,
     use_of,
@@ -83,6 +84,7 @@ def train(
     from contextlib import ExitStack
 
     from nnhydro.cli.terminal.progress import epochs_in_tensorboard, epochs_on_screen
+    from nnhydro.dynamics.inertia_check import inertia_check
     from nnhydro.fitting.config import TrainingConfig, read_config
     from nnhydro.fitting.network.train import train as fit
     from nnhydro.models.storage import DIGEST, save_model
@@ -124,5 +126,7 @@ def train(
         emit({"model": str(out), **without_bulk(model.fit)})
         return
     show(parameter_sheet(model))
+    if (checked := inertia_check(model)) is not None:
+        say(checked.sentence())
     conclude(model_sentence(model), [out], f"nnhydro check {shell_words(campaign, column_map)}   (it names errors)" if unusable else
              use_of(out, campaign, column_map))

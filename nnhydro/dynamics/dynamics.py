@@ -8,21 +8,23 @@ with the water's memory; the `state` they give may be handed to every question, 
 Source: Featherstone (2008), Rigid Body Dynamics Algorithms, for the questions; the answers are those of the model.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+import warnings
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Final, final
 
-import numpy as np
 import torch
 from torch import Tensor
 
 from nnhydro.dynamics.arrays import Answer, Form, Number, rows
 from nnhydro.dynamics.hub import HubWrench, hub_wrench
-from nnhydro.dynamics.inertia import SAME, acceleration, mass_and_bias, runge_kutta_step, solve_inertia, tangent
+from nnhydro.dynamics.inertia import SAME, TorqueOf, acceleration, least_slope, mass_and_bias, runge_kutta_step, solve_inertia, tangent
 from nnhydro.dynamics.joint_model import FOLLOWS, JointModel, joint_model
-from nnhydro.errors import ModelError, require
+from nnhydro.dynamics.state import ArmState as ArmState
+from nnhydro.dynamics.state import BaseMotion, Jacobians, base_rows, step_length
+from nnhydro.errors import ModelError, ModelWarning, require
+from nnhydro.models.domain import DOMAIN, Domain
 from nnhydro.models.gains.matrix import gain_matrix
 from nnhydro.models.storage import load_model
 from nnhydro.models.torque_model import TorqueModel
@@ -30,49 +32,10 @@ from nnhydro.physics.carried import Memory, StepMemory
 from nnhydro.physics.motion import Base, Motion, trial_runs
 from nnhydro.recordings.arm import Arm
 
-BASE: Final = ("base_x_m_s", "dbase_x_m_s2", "base_yaw_rad", "base_yaw_rad_s", "dbase_yaw_rad_s2")
-BaseMotion = Mapping[str, Number] | None  # by the keys of BASE, what is not given is 0; the base's velocity along +Y is u0
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class ArmState:
-    """An arm, or many, at an instant of a run: angles, rates, carriage speed, and what the water and the contacts remember."""
-
-    q: Answer  # (..., joints) rad
-    qd: Answer  # (..., joints) rad/s
-    u0: Answer  # (...,) m/s
-    t: float  # s since `reset`
-    memory: Memory  # rows first; empty where the model remembers nothing
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class Jacobians:
-    """Derivatives of the joint torques; the last axis of q, qd and qdd is the joint that moves."""
-
-    q: Answer  # (..., joints, joints) N m/rad
-    qd: Answer  # (..., joints, joints) N m s/rad
-    qdd: Answer  # (..., joints, joints) kg m^2
-    u0: Answer  # (..., joints) N s
-    du0: Answer  # (..., joints) kg m
-
-
-def _base(given: BaseMotion, form: Form) -> Base | None:
-    """The base's motion as rows; raises ModelError for a key that it does not have."""
-    if given is None:
-        return None
-    unknown = [key for key in given if key not in BASE]
-    require(not unknown, f"base: unknown key {unknown[:1]}: give {', '.join(BASE)}; its velocity along +Y is u0", ModelError)
-    _, values = rows(0, {}, {"": torch.zeros(form.lead, dtype=torch.float64)} | {key: given.get(key, 0.0) for key in BASE})
-    return Base(*values[1:])
-
-
-def _seconds(dt: Any) -> float:
-    """`dt` as a number; raises ModelError where it is no positive one."""
-    require(isinstance(dt, int | float | np.number) and bool(0 < dt < float("inf")), f"dt = {dt!r:.80}: give one positive step in s",
-            ModelError)
-    return float(dt)
+STILL: Final = 1e-6  # rad/s^2: no joint was accelerated
+SEVERAL: Final = ("the torque of the learned model falls as a small acceleration grows (mass_matrix(q, qd, qdd) is not positive definite). "
+                  "Other accelerations may give the same torque: ask a physics model, as the hybrid's baseline or the corrected model of "
+                  "diagnose")
 
 
 def _of(model: Any) -> TorqueModel:
@@ -116,6 +79,15 @@ class Dynamics:
         run = trial_runs(self.nq)[1]
         middle, low, high = (self.model.torque(replace(run, qdd=run.qdd + x, steady=True)) for x in (1.0, -4.0, 6.0))
         return float((middle - (low + high) / 2).abs().max()) < SAME * (1 + float(high.abs().max()))
+
+    @cached_property
+    def usual_acceleration(self) -> Tensor:
+        """The size (joints,) rad/s^2 of the accelerations that the model was trained on, root mean square; 1 where its record has none."""
+        domain = Domain.parse(self.model.fit.get(DOMAIN))
+        if domain is None:
+            return torch.ones(self.nq, dtype=torch.float64)
+        size = domain.states(self.arm).qdd.square().mean(dim=0).sqrt()
+        return torch.where(size > STILL, size, torch.ones_like(size))
 
     @cached_property
     def remembers(self) -> bool:
@@ -171,7 +143,7 @@ class Dynamics:
         """The torques (n, joints) N m of a motion, of none at all none."""
         return self.model.torque(motion) if len(motion) else torch.zeros_like(motion.q)
 
-    def _at(self, q: Tensor, qd: Tensor, u0: Tensor, du0: Tensor, carried: StepMemory | None, base: Base | None = None) -> Any:
+    def _at(self, q: Tensor, qd: Tensor, u0: Tensor, du0: Tensor, carried: StepMemory | None, base: Base | None = None) -> TorqueOf:
         """The torques (m, k, joints) at k accelerations of each state, as a function of them (m, k, joints)."""
         def torque(qdd: Tensor) -> Tensor:
             """Return the torques (m, k, joints) N m at the accelerations `qdd` (m, k, joints) rad/s^2."""
@@ -190,11 +162,15 @@ class Dynamics:
 
         return torque
 
+    def torque_over(self, states: Motion) -> TorqueOf:
+        """Return the torques (m, k, joints) N m of `states` as a function of k accelerations of each, (m, k, joints) rad/s^2."""
+        return self._at(states.q, states.qd, states.u0, states.du0, None)
+
     def inverse_dynamics(self, q: Number, qd: Number, qdd: Number, u0: Number = 0.0, du0: Number = 0.0, state: ArmState | None = None,
             base: BaseMotion = None) -> Answer:
         """Return the torques (..., joints) N m at the joints of a motion; q, qd, qdd (..., joints), u0, du0 (...,) of the carriage."""
         form, (q_, qd_, qdd_, u0_, du0_) = rows(self.nq, {"q": q, "qd": qd, "qdd": qdd}, {"u0": u0, "du0": du0})
-        return form.out(self._torques(self._motion(q_, qd_, qdd_, u0_, du0_, self._memory_of(state, len(q_)), _base(base, form))))
+        return form.out(self._torques(self._motion(q_, qd_, qdd_, u0_, du0_, self._memory_of(state, len(q_)), base_rows(base, form))))
 
     def _solve(self, q: Tensor, qd: Tensor, tau: Tensor, u0: Tensor, du0: Tensor, carried: StepMemory | None,
                base: Base | None = None) -> Tensor:
@@ -204,8 +180,10 @@ class Dynamics:
             return solve_inertia(mass, tau - bias)
         with torch.no_grad():
             none = torch.zeros_like(q)
-            start = solve_inertia(tangent(torque, none + 0.5), tau - torque(none[:, None, :])[:, 0])
+            start = solve_inertia(tangent(torque, none, self.usual_acceleration), tau - torque(none[:, None, :])[:, 0])
             found = acceleration(torque, tau, start) if len(q) else none
+            if bool((least_slope(torque, found, self.usual_acceleration) <= 0).any()):
+                warnings.warn(SEVERAL, ModelWarning, stacklevel=3)
         if not any(x.requires_grad for x in (q, qd, tau, u0, du0)):
             return found
         with torch.no_grad():
@@ -216,22 +194,28 @@ class Dynamics:
             base: BaseMotion = None) -> Answer:
         """Return the accelerations (..., joints) rad/s^2 under the joint torques `tau` (..., joints) N m.
 
-        Raises ModelError where the arm has no inertia, or a learned model gives that torque at no acceleration.
+        Raises ModelError where the arm has no inertia, or a learned model gives that torque at no acceleration. Warns (ModelWarning)
+        where several accelerations may give it.
         """
         form, (q_, qd_, tau_, u0_, du0_) = rows(self.nq, {"q": q, "qd": qd, "tau": tau}, {"u0": u0, "du0": du0})
-        return form.out(self._solve(q_, qd_, tau_, u0_, du0_, self._memory_of(state, len(q_)), _base(base, form)))
+        return form.out(self._solve(q_, qd_, tau_, u0_, du0_, self._memory_of(state, len(q_)), base_rows(base, form)))
 
     def mass_matrix(self, q: Number, qd: Number | None = None, qdd: Number | None = None, u0: Number = 0.0,
                     state: ArmState | None = None, base: BaseMotion = None) -> Answer:
-        """Return M (..., joints, joints) kg m^2, added mass included; of a learned model d tau / d qdd at `qdd` (default 1e-3 rad/s^2).
+        """Return M (..., joints, joints) kg m^2, added mass included; of a learned model the effective inertia over trained accelerations.
 
+            M_jk = [tau_j(q, qd, a_k e_k) - tau_j(q, qd, -a_k e_k)] / 2 a_k,      a = `usual_acceleration`
+
+        Where `qdd` is given, that of a learned model is d tau / d qdd there; at small accelerations kinks may make it negative.
         It need not be symmetric: the document's reading of the added mass and learned models have no kinetic energy behind them.
         """
         zero = [0.0] * self.nq
-        vectors = {"q": q, "qd": zero if qd is None else qd, "qdd": [1e-3] * self.nq if qdd is None else qdd}
+        vectors = {"q": q, "qd": zero if qd is None else qd, "qdd": zero if qdd is None else qdd}
         form, (q_, qd_, qdd_, u0_) = rows(self.nq, vectors, {"u0": u0})
-        torque = self._at(q_, qd_, u0_, torch.zeros_like(u0_), self._memory_of(state, len(q_)), _base(base, form))
-        return form.out(mass_and_bias(torque, q_)[0] if self.affine else tangent(torque, qdd_))
+        torque = self._at(q_, qd_, u0_, torch.zeros_like(u0_), self._memory_of(state, len(q_)), base_rows(base, form))
+        if self.affine:
+            return form.out(mass_and_bias(torque, q_)[0])
+        return form.out(tangent(torque, qdd_, self.usual_acceleration) if qdd is None else tangent(torque, qdd_))
 
     def bias(self, q: Number, qd: Number, u0: Number = 0.0, du0: Number = 0.0, state: ArmState | None = None,
             base: BaseMotion = None) -> Answer:
@@ -242,14 +226,14 @@ class Dynamics:
             base: BaseMotion = None) -> Jacobians:
         """Return d tau / d (q, qd, qdd, u0, du0) at a fixed memory: exact, at kinks the mean of the slopes on both sides."""
         form, (q_, qd_, qdd_, u0_, du0_) = rows(self.nq, {"q": q, "qd": qd, "qdd": qdd}, {"u0": u0, "du0": du0})
-        found = gain_matrix(self.model, self._motion(q_, qd_, qdd_, u0_, du0_, self._memory_of(state, len(q_)), _base(base, form)))
+        found = gain_matrix(self.model, self._motion(q_, qd_, qdd_, u0_, du0_, self._memory_of(state, len(q_)), base_rows(base, form)))
         return Jacobians(*(form.out(getattr(found, name)) for name in ("q", "qd", "qdd", "u0", "du0")))
 
     def hub_wrench(self, q: Number, qd: Number, qdd: Number, u0: Number = 0.0, du0: Number = 0.0, state: ArmState | None = None,
             base: BaseMotion = None) -> HubWrench:
         """Return force and moment that the arm exerts on its base at joint 1, in world axes, rigid and fluid part (dynamics/hub.py)."""
         form, (q_, qd_, qdd_, u0_, du0_) = rows(self.nq, {"q": q, "qd": qd, "qdd": qdd}, {"u0": u0, "du0": du0})
-        found = hub_wrench(self.model, self._motion(q_, qd_, qdd_, u0_, du0_, self._memory_of(state, len(q_)), _base(base, form)))
+        found = hub_wrench(self.model, self._motion(q_, qd_, qdd_, u0_, du0_, self._memory_of(state, len(q_)), base_rows(base, form)))
         return HubWrench(form.out(found.rigid), form.out(found.fluid))
 
     def reset(self, q: Number, qd: Number | None = None, u0: Number = 0.0) -> ArmState:
@@ -270,7 +254,7 @@ class Dynamics:
         """
         require(isinstance(state, ArmState), f"state = {state!r:.80}: give what reset, step or follow returned", ModelError)
         form, (q_, qd_, u0_) = rows(self.nq, {"q": q, "qd": qd}, {"u0": state.u0 if u0 is None else u0})
-        return self._after(state, form, q_, qd_, u0_, _seconds(dt))
+        return self._after(state, form, q_, qd_, u0_, step_length(dt))
 
     def step(self, state: ArmState, tau: Number, dt: float, du0: Number = 0.0) -> ArmState:
         """Return the state `dt` s later under the joint torques `tau` (..., joints) N m and the carriage's acceleration, both held.
@@ -280,7 +264,7 @@ class Dynamics:
         Raises ModelError where `dt` is not positive, the arm has no inertia, or a learned model gives that torque at no acceleration.
         """
         require(isinstance(state, ArmState), f"state = {state!r:.80}: give what reset, step or follow returned", ModelError)
-        dt = _seconds(dt)
+        dt = step_length(dt)
         form, (q, qd, tau_, u0, du0_) = rows(self.nq, {"q": state.q, "qd": state.qd, "tau": tau}, {"u0": state.u0, "du0": du0})
 
         def slope(half: int, q: Tensor, qd: Tensor, _near: Tensor | None) -> Tensor:

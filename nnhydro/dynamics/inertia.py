@@ -1,7 +1,12 @@
 """Acceleration from torque: at once where the torque is affine in the acceleration, by Newton's method where a model was learned.
 
     affine    tau = M qdd + h,       column k of M: torque at qdd = e_k, minus h            qdd = M^-1 (tau - h)
-    learned   M_jk = d tau_j / d qdd_k at the acceleration asked for (central differences)
+    learned   M_jk(a) = [tau_j(a_k e_k) - tau_j(-a_k e_k)] / 2 a_k          effective inertia over accelerations of the size a_k
+              d tau_j / d qdd_k at an acceleration that is asked for (the same over a small step)
+
+A learned torque has kinks at rest, where scales with |qdd| begin: its slope there says little of the inertia over a motion.
+A torque whose slopes have a positive definite symmetric part everywhere is monotone, so that one acceleration alone gives it. Where it has
+not, several accelerations may give the same torque.
 
     step      the classical Runge-Kutta method of fourth order in (q, qd)
 
@@ -26,6 +31,7 @@ REACHES: Final = (STEP, 1e-2, 1.0)  # rad/s^2, by turns: a short difference misl
 CLOSE: Final = 1e-12  # of the largest torque of the state, beside 1e-12 N m
 ROUNDS, HALVINGS = 40, 12
 SAME: Final = 1e-9
+NEAR_REST: Final = 1e-3  # rad/s^2: beside the kinks at rest
 
 
 def mass_and_bias(torque: TorqueOf, like: Tensor) -> tuple[Tensor, Tensor]:
@@ -37,13 +43,26 @@ def mass_and_bias(torque: TorqueOf, like: Tensor) -> tuple[Tensor, Tensor]:
     return (found[:, 1:] - bias[:, None, :]).transpose(1, 2), bias
 
 
-def tangent(torque: TorqueOf, qdd: Tensor, step: float = STEP) -> Tensor:
-    """Return d tau_j / d qdd_k (m, joints, joints) at `qdd` (m, joints), by differences over `step` rad/s^2."""
+def tangent(torque: TorqueOf, qdd: Tensor, step: float | Tensor = STEP) -> Tensor:
+    """Return d tau_j / d qdd_k (m, joints, joints) at `qdd` (m, joints), by central differences over `step` rad/s^2, one or (joints,)."""
     n = qdd.shape[1]
     shift = step * torch.eye(n, dtype=torch.float64)
     found = torque(qdd[:, None, :] + torch.cat([shift, -shift]))
-    slopes: Tensor = (found[:, :n] - found[:, n:]) / (2 * step)
+    slopes: Tensor = (found[:, :n] - found[:, n:]) / (2 * shift.sum(dim=1)[:, None])
     return slopes.transpose(1, 2)
+
+
+def least_inertia(mass: Tensor) -> Tensor:
+    """Return the least eigenvalue (m,) kg m^2 of the symmetric part of M (m, joints, joints)."""
+    found: Tensor = torch.linalg.eigvalsh((mass + mass.transpose(1, 2)) / 2)[:, 0]
+    return found
+
+
+def least_slope(torque: TorqueOf, qdd: Tensor, small: float | Tensor) -> Tensor:
+    """Return the least inertia (m,) kg m^2 of the slopes at `qdd` (m, joints); below `small` also beside the kinks at rest."""
+    near = (qdd.abs() < small).any(dim=1, keepdim=True)
+    slopes = [least_inertia(tangent(torque, torch.where(near, at, qdd))) for at in (qdd, NEAR_REST, -NEAR_REST)]
+    return torch.stack(slopes).amin(dim=0)
 
 
 def solve_inertia(mass: Tensor, torque: Tensor) -> Tensor:

@@ -81,6 +81,21 @@ class Domain:
         result: Array = np.where(far > self.reach, 1 - self.reach / np.maximum(far, 1e-300), 0.0)
         return result
 
+    def states(self, arm: Arm) -> Motion:
+        """Return the points as states of `arm`: each gives the same inputs x, in water and on a carriage without acceleration of theirs."""
+        n = arm.n_links
+        x = self.points * self.spread
+        A, B, M, N, u_x = (x[:, k * n:(k + 1) * n] for k in range(5))
+        if arm.sliding:
+            return Motion.at(np.zeros_like(B), B, N)
+        sines, cosines = x[:, 5 * n:6 * n - 1], x[:, 6 * n - 1:7 * n - 2]
+        first = np.arctan2(u_x[:, :1], B[:, :1])
+        if arm.gravity_m_s2 > 0:
+            first = np.arctan2(x[:, 7 * n - 2:7 * n - 1], x[:, 8 * n - 2:8 * n - 1])
+        speed = B[:, 0] * np.cos(first[:, 0]) + u_x[:, 0] * np.sin(first[:, 0])
+        qd, qdd = (np.diff(absolute, axis=1, prepend=0.0) for absolute in (A, M))
+        return Motion.at(np.hstack([first, np.arctan2(sines, cosines)]), qd, qdd, speed)
+
     def document(self) -> dict[str, Any]:
         """Return the region as model files store it."""
         def round_to(x: Array) -> Any:

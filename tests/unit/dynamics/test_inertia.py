@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import torch
 
-from nnhydro.dynamics.inertia import acceleration, mass_and_bias, runge_kutta_step, solve_inertia, tangent
+from nnhydro.dynamics.inertia import acceleration, least_inertia, least_slope, mass_and_bias, runge_kutta_step, solve_inertia, tangent
 from nnhydro.errors import ModelError
 
 MASS = torch.tensor([[[2.0, 0.5], [0.5, 1.0]], [[3.0, -0.2], [-0.2, 0.7]]], dtype=torch.float64)
@@ -30,6 +30,19 @@ def test_mass_and_bias_of_an_affine_torque_are_its_own():
 def test_the_tangent_is_the_slope_of_each_torque_over_each_acceleration():
     qdd = torch.tensor([[1.0, -2.0], [0.5, 3.0]], dtype=torch.float64)
     torch.testing.assert_close(tangent(stiffening, qdd), MASS + torch.diag_embed(0.3 * qdd**2), rtol=1e-7, atol=1e-7)
+
+
+def kinked(qdd):
+    """tau = M qdd, less a learned part that saturates at a small acceleration of either sign."""
+    return affine(qdd) - torch.tensor([0.0, 2.0]) * (qdd + 0.1).clamp(0.0, 0.2)
+
+
+def test_over_large_accelerations_a_torque_with_a_kink_has_the_inertia_of_a_mass_and_only_small_ones_meet_the_kink():
+    rest = torch.zeros(2, 2, dtype=torch.float64)
+    assert bool((least_inertia(tangent(kinked, rest)) < 0).all())
+    assert bool((least_inertia(tangent(kinked, rest, torch.tensor([2.0, 3.0], dtype=torch.float64))) > 0.3).all())
+    assert bool((least_slope(kinked, rest + 5.0, 1.0) > 0).all())
+    assert bool((least_slope(kinked, rest + 0.5, 1.0) < 0).all())
 
 
 @pytest.mark.parametrize("torque", [affine, stiffening])
