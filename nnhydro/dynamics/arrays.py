@@ -16,6 +16,7 @@ Answer = Any  # numpy where numpy was given, torch where any torch tensor was
 
 
 def _tensor(x: Any, name: str) -> Tensor:
+    require(x is not None, f"{name} is not given (None): give numbers", ModelError)
     try:
         made = x.to(torch.float64) if isinstance(x, Tensor) else torch.from_numpy(np.array(x, dtype=np.float64))
     except (TypeError, ValueError) as cause:
@@ -33,7 +34,9 @@ class Form:
     numpy: bool
 
     def out(self, x: Tensor) -> Answer:
-        """Return rows (m, ...) in the caller's form."""
+        """Return rows (m, ...) in the caller's form; raises ModelError where they are not finite."""
+        require(bool(torch.isfinite(x.detach()).all()), "the answer is infinite: an angle, a rate, an acceleration or a torque is too "
+                "large: check their units (rad, rad/s, rad/s^2, N m), and shorten dt if this is a step", ModelError)
         shaped = x.reshape((*self.lead, *x.shape[1:]))
         return shaped.detach().numpy() if self.numpy else shaped
 

@@ -32,6 +32,10 @@ CLOSE: Final = 1e-12  # of the largest torque of the state, beside 1e-12 N m
 ROUNDS, HALVINGS = 40, 12
 SAME: Final = 1e-9
 NEAR_REST: Final = 1e-3  # rad/s^2: beside the kinks at rest
+FASTEST: Final = 1e7  # rad/s^2: there a difference over 1e-2 is lost in the rounding of the torque
+HUGE: Final = 1e9  # N m: there what a unit of acceleration adds is
+TOO_FAST: Final = ("the acceleration becomes {}: a torque or a rate is too large for the arm, or the step in time too long: check their "
+                   "units (N m, rad/s, s), and shorten dt")
 
 
 def mass_and_bias(torque: TorqueOf, like: Tensor) -> tuple[Tensor, Tensor]:
@@ -66,11 +70,12 @@ def least_slope(torque: TorqueOf, qdd: Tensor, small: float | Tensor) -> Tensor:
 
 
 def solve_inertia(mass: Tensor, torque: Tensor) -> Tensor:
-    """Return M^-1 tau (m, joints); raises ModelError where a mass matrix is singular."""
+    """Return M^-1 tau (m, joints); raises ModelError where a mass matrix is singular, or the state is too fast for numbers."""
     found: Tensor
     found, info = torch.linalg.solve_ex(mass, torque)
-    require(not bool(info.any()) and bool(found.isfinite().all()), "the arm has no inertia that a torque could accelerate (masses 0 in "
-            "arm.yaml?): give it masses", ModelError)
+    if bool(info.any()) or not bool(found.isfinite().all()):
+        require(float(torque.abs().max()) < HUGE, TOO_FAST.format("too large for numbers"), ModelError)  # NaN, too
+        raise ModelError("the arm has no inertia that a torque could accelerate (masses 0 in arm.yaml?): give it masses")
     return found
 
 
@@ -89,6 +94,8 @@ def acceleration(torque: TorqueOf, tau: Tensor, start: Tensor) -> Tensor:
         open_rows = left.abs().amax(dim=1) > goal
         if not bool(open_rows.any()):
             return qdd
+        fastest = float(qdd.abs().max())
+        require(fastest < FASTEST, TOO_FAST.format(f"{fastest:.1e} rad/s^2"), ModelError)
         step = solve_inertia(tangent(torque, qdd, REACHES[number % len(REACHES)]), left)
         share = torch.ones(len(qdd), 1, dtype=torch.float64)
         size = left.abs().amax(dim=1, keepdim=True)

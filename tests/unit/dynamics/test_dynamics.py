@@ -343,6 +343,28 @@ def test_a_step_or_a_state_that_cannot_be_is_refused_in_words():
     assert repr(dynamics) == "Dynamics(physics, 2 joint(s), with memory)"
 
 
+@pytest.mark.parametrize("kind", ["physics", "hybrid"])
+def test_a_step_that_is_too_long_or_a_torque_that_is_too_large_is_no_missing_mass(kind, hybrid):
+    dynamics = nnhydro.Dynamics(theory(arm(2)) if kind == "physics" else hybrid)
+    state = dynamics.reset([0.3, 0.2], [3.0, -2.0])
+
+    def steps():
+        after = state
+        for _ in range(12):
+            after = dynamics.step(after, [5.0, 1.0], 10.0)
+
+    with pytest.raises(ModelError, match="shorten dt"):
+        steps()
+    for qd, qdd in (([1e200, 0.0], [0.0, 0.0]), ([0.0, 0.0], [1e308, 1e308])):
+        with pytest.raises(ModelError, match="check their units"):
+            dynamics.inverse_dynamics([0.1, 0.2], qd, qdd)
+    if kind == "hybrid":
+        with pytest.raises(ModelError, match=r"the acceleration becomes .*rad/s\^2: a torque"):
+            dynamics.forward_dynamics([0.0, 0.0], [0.0, 0.0], [1e12, 0.0])
+    with pytest.raises(ModelError, match=r"q is not given \(None\)"):
+        dynamics.bias(None, [0.0, 0.0])
+
+
 def test_one_state_goes_on_under_many_torques_and_no_arm_gives_no_torque(learned):
     a = arm(2)
     dynamics, tau = nnhydro.Dynamics(theory(a, state_loads(a))), np.array([[0.5, 0.1], [-1.0, 0.2], [2.0, 0.0]])
