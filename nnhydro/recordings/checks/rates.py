@@ -53,8 +53,10 @@ def fit(reading: Reading, joint: int) -> Fit | None:
     if not steps or reading.moved[joint] < MOVED:
         return None
     dq, da = np.concatenate(steps), np.concatenate(areas)
-    if len(dq) < 5 or not da.any():
+    if len(dq) < 5:
         return None
+    if not da.any():
+        return Fit(np.inf, 0.0, 0.0, 0.0, 0.0)
     ratio = _ratio(dq, da)
     near = np.argsort(np.abs(dq - ratio * da))[: int(len(dq) * AGREEING)]  # jumps of the encoder aside
     dq, da = dq[near], da[near]
@@ -92,7 +94,10 @@ class Rates(RecordingCheck):
     def _judge(self, reading: Reading, joint: int, found: Fit) -> Iterator[Oddity]:
         """What is wrong with a rate channel, from its regression on the derivative of the angle."""
         name, angle = reading.arm.column("qd", joint + 1), reading.arm.column("q", joint + 1)
-        if abs(found.correlation) < FOLLOWS:
+        if found.rms == 0:
+            yield Oddity(reading.name, "warning", name, f"is 0 throughout while {angle} moves by {reading.moved[joint]:.2g} rad",
+                         "is it a default of the logger? Remove the column: rates are derived from the angles")
+        elif abs(found.correlation) < FOLLOWS:
             yield Oddity(reading.name, "warning", name, f"does not follow the derivative of {angle} (correlation {found.correlation:.2f})",
                          "is it another joint's, or delayed? Remove the column: rates are derived from the angles")
         elif abs(found.ratio * DEGREE - 1) < TOLERANCE:

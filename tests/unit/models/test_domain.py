@@ -121,6 +121,16 @@ def test_strict_refuses_what_looks_wrong_or_lies_outside(place, tmp_path, capsys
     assert run(["predict", str(place / "model"), str(tmp_path / "known.csv"), "--out", str(tmp_path / "t"), "--strict"]) == 0
 
 
+def test_rates_of_0_while_the_angles_move_are_said_and_strictly_refused(place, tmp_path, capsys):
+    (r,) = runs([3])
+    write_csv(tmp_path / "zero.csv", columns_of(replace(r, qd=0 * r.q, qdd=None), torque=False))
+    command = ["predict", str(place / "model"), str(tmp_path / "zero.csv"), "--out", str(tmp_path / "t")]
+    assert run([*command, "--strict"]) == 2
+    assert "dq1_rad_s: is 0 throughout while q1_rad moves by" in capsys.readouterr().err
+    assert run(command) == 0
+    assert "warning zero: dq2_rad_s: is 0 throughout" in capsys.readouterr().err
+
+
 def test_programs_read_the_share(place, tmp_path, capsys):
     assert run(["predict", str(place / "model"), str(place / "degrees.csv"), "--out", str(tmp_path), "--json"]) == 0
     document = json.loads(capsys.readouterr().out)

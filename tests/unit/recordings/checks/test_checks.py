@@ -113,6 +113,7 @@ FAULTS: dict[str, tuple[Fault, str]] = {
     "rates of the wrong sign": (scaled(-1.0, "dq1_rad_s"), "rates"),
     "rates at the motor": (scaled(6.0, "dq1_rad_s"), "rates"),
     "rates of the other joint": (lambda c: {"dq1_rad_s": c["dq2_rad_s"], "dq2_rad_s": c["dq1_rad_s"]}, "rates"),
+    "rates that a logger left at 0": (scaled(0.0, "dq1_rad_s", "dq2_rad_s"), "rates"),
     "rates by differences": (differences, "rates"),
     "torque clipped": (clipped("tau1_Nm", 0.6), "clipped"),
     "angle clipped": (clipped("q1_rad", 0.7), "clipped"),
