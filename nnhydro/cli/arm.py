@@ -17,7 +17,7 @@ def arm(
 ) -> None:
     """Make arm.yaml from a URDF.
 
-    Lists what a URDF does not contain: offsets of angles, friction, the water.
+    Lists what a URDF counts otherwise or does not contain: the frame, zeros of angles, the weight, the water.
     """
     from nnhydro.deployment.formats.urdf import arm_yaml, read_urdf
     from nnhydro.errors import ConfigError, require

@@ -6,6 +6,8 @@
     inertia_i    n' (R I R' + m (r'r E - r r')) n about the common mass centre, n the joints' axis
     diameter_i   twice the radius of the link's cylinder
 
+Frame: +Z is the axis of joint 1. In a horizontal plane +X is that of the URDF's root frame, else +Y points up. Friction is that of
+<dynamics>.
 Angles: URDF counts from its own zero posture, nnhydro from the line of the link inboard; where they differ the notes give the offset and
 sign for columns.yaml. The reduction to a plane is ours.
 """
@@ -26,6 +28,8 @@ from nnhydro.recordings.arm import Arm, parse_arm
 
 PARALLEL = 1e-3  # rad between axes that count as parallel
 SMALL = 1e-3  # of a link's length: what lies beside its line and is not worth a note
+UP, G = np.array([0.0, 0.0, 1.0]), 9.81  # of a URDF's root frame
+FLAT = 0.02  # of the weight: a plane that is tilted less counts as horizontal
 DENSITY, VISCOSITY = 1000.0, 1e-6
 
 
@@ -85,11 +89,38 @@ def _round(x: float) -> float:
     return float(f"{x:.9g}")
 
 
-def _angle_notes(chain: Chain, lines: list[Array], axis: Array) -> None:
-    """Say where the file's zero angle or sense of turning is not ours."""
+def _frame(axis: Array) -> tuple[Array, float]:
+    """+X of arm.yaml as a unit vector of the URDF, and the weight in the plane, m/s^2; +Y points up where there is weight."""
+    up = _across(G * UP, axis)
+    weight = float(np.linalg.norm(up))
+    if weight < FLAT * G:
+        x = _across(np.array([1.0, 0.0, 0.0]), axis)
+        return x / np.linalg.norm(x), 0.0
+    return np.cross(up / weight, axis), weight
+
+
+def _vector(x: Array) -> str:
+    return f"({', '.join(f'{value + 0.0:.3g}' for value in np.round(x, 6))})"
+
+
+def _frame_notes(chain: Chain, axis: Array) -> Array:
+    """Return +X of arm.yaml in the URDF; say where the frame is not the URDF's, and where the arm has weight."""
+    x, weight = _frame(axis)
+    y = np.cross(axis, x)
+    if np.abs(x - np.eye(3)[0]).max() > PARALLEL or np.abs(y - np.eye(3)[1]).max() > PARALLEL:
+        chain.notes.append(f"+X, from which q1 counts, is {_vector(x)} in the URDF's root frame; +Y, along which the carriage moves at "
+                           f"u0, is {_vector(y)}")
+    if weight:
+        chain.notes.append(f"the joints' axes are not vertical (gravity along -Z of the URDF): arm.yaml has gravity_m_s2: 0.0, write "
+                           f"{weight:.4g} there if the arm is mounted so")
+    return x
+
+
+def _angle_notes(chain: Chain, lines: list[Array], axis: Array, x: Array) -> None:
+    """Say where the file's zero angle or sense of turning is not ours; joint 1 counts from `x`."""
     for number, (name, joint_axis) in enumerate(zip(chain.names, chain.axes, strict=True)):
         sign = 1 if joint_axis @ axis > 0 else -1
-        offset = 0.0 if number == 0 else _angle(lines[number - 1], lines[number], axis)
+        offset = _angle(x if number == 0 else lines[number - 1], lines[number], axis)
         if sign < 0 or abs(offset) > PARALLEL:
             entry = f"q{number + 1}_rad: {{from: {name}, unit: deg, sign: {sign}, offset: {degrees(offset):.6g}}}"
             chain.notes.append(f"joint {name!r} counts its angle {'the other way round or ' if sign < 0 else ''}from another zero: where "
@@ -110,12 +141,14 @@ def read_urdf(path: Path, diameters: tuple[float, ...] = (), density: float = DE
     if diameters and len(diameters) != len(chain.bodies):
         raise ArmError(f"--diameter: {len(diameters)} given, {path} has {count_text(len(chain.bodies), 'link')}: give one per link")
     lines = _lines(chain, axis)
-    _angle_notes(chain, lines, axis)
+    _angle_notes(chain, lines, axis, _frame_notes(chain, axis))
     apart = [abs(float((b.start.p - a.start.p) @ axis)) for a, b in pairwise(chain.bodies)]
     made = [_link(chain, body, line, axis, diameters[i] if diameters else None)
             for i, (body, line) in enumerate(zip(chain.bodies, lines, strict=True))]
     document: dict[str, Any] = {"name": name, "links": made,
                                 "fluid": {"density_kg_m3": density, "kinematic_viscosity_m2_s": viscosity}}
+    if any(chain.friction):
+        document["friction"] = chain.friction
     if len(apart) == 1 and apart[0] > 0:
         document["parallel_distance_m"] = _round(apart[0])
     chain.notes.append("a URDF says nothing of the water and of how well it knows its masses: see fluid and known_to")

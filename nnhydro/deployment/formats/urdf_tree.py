@@ -151,6 +151,7 @@ class Chain:
     bodies: list[Body] = field(default_factory=list)
     axes: list[Array] = field(default_factory=list)
     names: list[str] = field(default_factory=list)
+    friction: list[dict[str, float]] = field(default_factory=list)  # one a joint, by the keys of arm.yaml
     notes: list[str] = field(default_factory=list)
     ahead: list[tuple[_Joint, Pose]] = field(default_factory=list)  # joints that turn, still to be walked through
 
@@ -182,15 +183,24 @@ class Chain:
             direction = frame.R @ _numbers(None if axis is None else axis.get("xyz"), "1 0 0", f"{self.path}: joint {joint.name!r}: axis")
             self.axes.append(direction / (np.linalg.norm(direction) or 1.0))
             self.names.append(joint.name)
-            for tag in joint.element.findall("dynamics"):
-                damping, friction = (float(_numbers(tag.get(key), "0", f"{self.path}: joint {joint.name!r}: {key}")[0])
-                                     for key in ("damping", "friction"))
-                if damping or friction:
-                    self.notes.append(f"joint {joint.name!r} states damping {damping:g}, friction {friction:g}: "
-                                      "arm.yaml holds neither; identify or diagnose finds them from recordings")
+            self.friction.append(self._friction_of(joint))
             body = Body(joint.child, frame)
             self.bodies.append(body)
             self.walk(joint.child, frame, body)
+
+    def _friction_of(self, joint: _Joint) -> dict[str, float]:
+        """Friction of a joint as arm.yaml names it, what is 0 left out; a note says that it was taken."""
+        tag = joint.element.find("dynamics")
+        if tag is None:
+            return {}
+        read = {key: float(_numbers(tag.get(name), "0", f"{self.path}: joint {joint.name!r}: {name}")[0])
+                for key, name in (("coulomb_Nm", "friction"), ("viscous_Nm_s", "damping"))}
+        found = {key: value for key, value in read.items() if value}
+        if found:
+            stated = ", ".join(f"{key} {value:g}" for key, value in found.items())
+            self.notes.append(f"joint {joint.name!r} states friction, taken as {stated}, known to 10 %: remove it from arm.yaml if it is a "
+                              "guess or a simulator's default; identify or diagnose finds it from recordings")
+        return found
 
 
 def read_chain(path: Path) -> tuple[str, Chain]:

@@ -35,9 +35,40 @@ def test_the_arm_of_a_urdf_moves_as_mujoco_moves_the_urdf(tmp_path, way):
 def test_what_a_urdf_says_otherwise_is_told_as_it_has_to_be_typed(tmp_path):
     notes = " ".join(read_urdf(written(tmp_path, ROBOT.format(way=-1))).notes)
     assert "q2_rad: {from: elbow, unit: deg, sign: -1, offset: 40.1" in notes
-    assert "damping 0.1, friction 0.2" in notes
+    assert "joint 'elbow' states friction, taken as coulomb_Nm 0.2, viscous_Nm_s 0.1, known to 10 %" in notes
     assert "beside its line" in notes, "the hand is off the line"
     assert "known_to" in notes
+
+
+def test_stated_friction_is_written_into_arm_yaml_and_read_back(tmp_path):
+    found = read_urdf(written(tmp_path, ROBOT.format(way=1)))
+    (tmp_path / "arm.yaml").write_text(arm_yaml(found.arm))
+    again = nnhydro.read_arm(tmp_path / "arm.yaml")
+    assert again == found.arm
+    assert [(joint.coulomb, joint.viscous) for joint in again.friction] == [(None, None), (0.2, 0.1)]
+    assert read_urdf(written(tmp_path, ROBOT.format(way=1).replace('damping="0.1" friction="0.2"', ""))).arm.friction is None
+
+
+LEVEL = ALIGNED.format(way=1).replace('rpy="0.4 0 0"', 'rpy="{}"', 1)
+FRAMES = {
+    "level": ("0 0 0", "", None, None),
+    "turned": ("0 0 1", "q1_rad: {from: shoulder, unit: deg, sign: 1, offset: 57.2958}", None, None),
+    "upside down": ("3.141592653589793 0 0", "", "+X, from which q1 counts, is (1, 0, 0)", "(0, -1, 0)"),
+    "upright": ("1.5707963267948966 0 0", "", "gravity_m_s2: 0.0, write 9.81 there", "is (0, 0, 1)"),
+    "hanging": ("1.5707963267948966 1.5707963267948966 0", "q1_rad: {from: shoulder, unit: deg, sign: 1, offset: -90}", "write 9.81", None),
+    "tilted": ("0.4 0 0", "", "write 3.82 there", None),
+}
+
+
+@pytest.mark.parametrize("mounted", FRAMES)
+def test_frame_zero_and_weight_that_are_not_those_of_a_level_arm_are_told(tmp_path, mounted):
+    rpy, entry, *said = FRAMES[mounted]
+    notes = " ".join(read_urdf(written(tmp_path, LEVEL.format(rpy))).notes)
+    assert ("q1_rad" in notes) == bool(entry)
+    assert entry in notes
+    assert ("gravity" in notes) == (mounted in ("upright", "hanging", "tilted"))
+    assert ("+X" in notes) == (mounted not in ("level", "turned"))
+    assert all(line in notes for line in said if line)
 
 
 def test_lengths_diameters_and_masses_are_those_of_the_file(tmp_path):
