@@ -22,14 +22,14 @@ from nnhydro.dynamics.hub import HubWrench, hub_wrench
 from nnhydro.dynamics.inertia import SAME, TorqueOf, acceleration, least_slope, mass_and_bias, runge_kutta_step, solve_inertia, tangent
 from nnhydro.dynamics.joint_model import FOLLOWS, JointModel, joint_model
 from nnhydro.dynamics.state import ArmState as ArmState
-from nnhydro.dynamics.state import BaseMotion, Jacobians, base_rows, step_length
+from nnhydro.dynamics.state import BaseMotion, Jacobians, Surroundings, step_length, surroundings
 from nnhydro.errors import ModelError, ModelWarning, require
 from nnhydro.models.domain import DOMAIN, Domain
 from nnhydro.models.gains.matrix import gain_matrix
 from nnhydro.models.storage import load_model
 from nnhydro.models.torque_model import TorqueModel
 from nnhydro.physics.carried import Memory, StepMemory
-from nnhydro.physics.motion import Base, Motion, trial_runs
+from nnhydro.physics.motion import Motion, trial_runs
 from nnhydro.recordings.arm import Arm
 
 STILL: Final = 1e-6  # rad/s^2: no joint was accelerated
@@ -122,8 +122,9 @@ class Dynamics:
                 "whole run: use a model without that term", ModelError)
 
     def _motion(self, q: Tensor, qd: Tensor, qdd: Tensor, u0: Tensor, du0: Tensor, carried: StepMemory | None,
-                base: Base | None = None) -> Motion:
-        return Motion(torch.zeros(len(q), dtype=torch.float64), q, qd, qdd, u0, du0, steady=True, carried=carried, base=base)
+                base: Surroundings | None = None) -> Motion:
+        moving = (None, None) if base is None else (base.base, base.current)
+        return Motion(torch.zeros(len(q), dtype=torch.float64), q, qd, qdd, u0, du0, True, None, carried, *moving)
 
     def _memory_of(self, state: ArmState | None, count: int, dt: float | None = None) -> StepMemory | None:
         """The memory of `state` for `count` rows, `dt` s later, or as it is."""
@@ -143,7 +144,7 @@ class Dynamics:
         """The torques (n, joints) N m of a motion, of none at all none."""
         return self.model.torque(motion) if len(motion) else torch.zeros_like(motion.q)
 
-    def _at(self, q: Tensor, qd: Tensor, u0: Tensor, du0: Tensor, carried: StepMemory | None, base: Base | None = None) -> TorqueOf:
+    def _at(self, q: Tensor, qd: Tensor, u0: Tensor, du0: Tensor, carried: StepMemory | None, base: Surroundings | None = None) -> TorqueOf:
         """The torques (m, k, joints) at k accelerations of each state, as a function of them (m, k, joints)."""
         def torque(qdd: Tensor) -> Tensor:
             """Return the torques (m, k, joints) N m at the accelerations `qdd` (m, k, joints) rad/s^2."""
@@ -170,10 +171,10 @@ class Dynamics:
             base: BaseMotion = None) -> Answer:
         """Return the torques (..., joints) N m at the joints of a motion; q, qd, qdd (..., joints), u0, du0 (...,) of the carriage."""
         form, (q_, qd_, qdd_, u0_, du0_) = rows(self.nq, {"q": q, "qd": qd, "qdd": qdd}, {"u0": u0, "du0": du0})
-        return form.out(self._torques(self._motion(q_, qd_, qdd_, u0_, du0_, self._memory_of(state, len(q_)), base_rows(base, form))))
+        return form.out(self._torques(self._motion(q_, qd_, qdd_, u0_, du0_, self._memory_of(state, len(q_)), surroundings(base, form))))
 
     def _solve(self, q: Tensor, qd: Tensor, tau: Tensor, u0: Tensor, du0: Tensor, carried: StepMemory | None,
-               base: Base | None = None) -> Tensor:
+               base: Surroundings | None = None) -> Tensor:
         torque = self._at(q, qd, u0, du0, carried, base)
         if self.affine:
             mass, bias = mass_and_bias(torque, q)
@@ -198,7 +199,7 @@ class Dynamics:
         where several accelerations may give it.
         """
         form, (q_, qd_, tau_, u0_, du0_) = rows(self.nq, {"q": q, "qd": qd, "tau": tau}, {"u0": u0, "du0": du0})
-        return form.out(self._solve(q_, qd_, tau_, u0_, du0_, self._memory_of(state, len(q_)), base_rows(base, form)))
+        return form.out(self._solve(q_, qd_, tau_, u0_, du0_, self._memory_of(state, len(q_)), surroundings(base, form)))
 
     def mass_matrix(self, q: Number, qd: Number | None = None, qdd: Number | None = None, u0: Number = 0.0,
                     state: ArmState | None = None, base: BaseMotion = None) -> Answer:
@@ -212,7 +213,7 @@ class Dynamics:
         zero = [0.0] * self.nq
         vectors = {"q": q, "qd": zero if qd is None else qd, "qdd": zero if qdd is None else qdd}
         form, (q_, qd_, qdd_, u0_) = rows(self.nq, vectors, {"u0": u0})
-        torque = self._at(q_, qd_, u0_, torch.zeros_like(u0_), self._memory_of(state, len(q_)), base_rows(base, form))
+        torque = self._at(q_, qd_, u0_, torch.zeros_like(u0_), self._memory_of(state, len(q_)), surroundings(base, form))
         if self.affine:
             return form.out(mass_and_bias(torque, q_)[0])
         return form.out(tangent(torque, qdd_, self.usual_acceleration) if qdd is None else tangent(torque, qdd_))
@@ -226,56 +227,60 @@ class Dynamics:
             base: BaseMotion = None) -> Jacobians:
         """Return d tau / d (q, qd, qdd, u0, du0) at a fixed memory: exact, at kinks the mean of the slopes on both sides."""
         form, (q_, qd_, qdd_, u0_, du0_) = rows(self.nq, {"q": q, "qd": qd, "qdd": qdd}, {"u0": u0, "du0": du0})
-        found = gain_matrix(self.model, self._motion(q_, qd_, qdd_, u0_, du0_, self._memory_of(state, len(q_)), base_rows(base, form)))
+        found = gain_matrix(self.model, self._motion(q_, qd_, qdd_, u0_, du0_, self._memory_of(state, len(q_)), surroundings(base, form)))
         return Jacobians(*(form.out(getattr(found, name)) for name in ("q", "qd", "qdd", "u0", "du0")))
 
     def hub_wrench(self, q: Number, qd: Number, qdd: Number, u0: Number = 0.0, du0: Number = 0.0, state: ArmState | None = None,
             base: BaseMotion = None) -> HubWrench:
         """Return force and moment that the arm exerts on its base at joint 1, in world axes, rigid and fluid part (dynamics/hub.py)."""
         form, (q_, qd_, qdd_, u0_, du0_) = rows(self.nq, {"q": q, "qd": qd, "qdd": qdd}, {"u0": u0, "du0": du0})
-        found = hub_wrench(self.model, self._motion(q_, qd_, qdd_, u0_, du0_, self._memory_of(state, len(q_)), base_rows(base, form)))
+        found = hub_wrench(self.model, self._motion(q_, qd_, qdd_, u0_, du0_, self._memory_of(state, len(q_)), surroundings(base, form)))
         return HubWrench(form.out(found.rigid), form.out(found.fluid))
 
-    def reset(self, q: Number, qd: Number | None = None, u0: Number = 0.0) -> ArmState:
+    def reset(self, q: Number, qd: Number | None = None, u0: Number = 0.0, base: BaseMotion = None) -> ArmState:
         """Return the state at the beginning of a run: what is at rest starts in water at rest, what moves has long moved at that speed."""
         form, (q_, qd_, u0_) = rows(self.nq, {"q": q, "qd": [0.0] * self.nq if qd is None else qd}, {"u0": u0})
-        return ArmState(form.out(q_), form.out(qd_), form.out(u0_), 0.0, self._memory_at(q_, qd_, u0_, StepMemory(torch.zeros_like(u0_))))
+        memory = self._memory_at(q_, qd_, u0_, StepMemory(torch.zeros_like(u0_)), surroundings(base, form))
+        return ArmState(form.out(q_), form.out(qd_), form.out(u0_), 0.0, memory)
 
-    def _memory_at(self, q: Tensor, qd: Tensor, u0: Tensor, carried: StepMemory) -> Memory:
+    def _memory_at(self, q: Tensor, qd: Tensor, u0: Tensor, carried: StepMemory, base: Surroundings | None) -> Memory:
         """What is remembered at an instant, by what is `carried` to it."""
         with torch.no_grad():
-            self._torques(self._motion(q, qd, torch.zeros_like(q), u0, torch.zeros_like(u0), carried))
+            self._torques(self._motion(q, qd, torch.zeros_like(q), u0, torch.zeros_like(u0), carried, base))
         return carried.after
 
-    def follow(self, state: ArmState, q: Number, qd: Number, dt: float, u0: Number | None = None) -> ArmState:
+    def follow(self, state: ArmState, q: Number, qd: Number, dt: float, u0: Number | None = None, base: BaseMotion = None) -> ArmState:
         """Return the state after the arm has moved to `q`, `qd` in `dt` s: for a motion that is measured, not computed.
 
-        Raises ModelError where `dt` is not positive.
+        `base` is the motion of base and water after these `dt` s. Raises ModelError where `dt` is not positive.
         """
         require(isinstance(state, ArmState), f"state = {state!r:.80}: give what reset, step or follow returned", ModelError)
         form, (q_, qd_, u0_) = rows(self.nq, {"q": q, "qd": qd}, {"u0": state.u0 if u0 is None else u0})
-        return self._after(state, form, q_, qd_, u0_, step_length(dt))
+        return self._after(state, form, q_, qd_, u0_, step_length(dt), surroundings(base, form))
 
-    def step(self, state: ArmState, tau: Number, dt: float, du0: Number = 0.0) -> ArmState:
+    def step(self, state: ArmState, tau: Number, dt: float, du0: Number = 0.0, base: BaseMotion = None) -> ArmState:
         """Return the state `dt` s later under the joint torques `tau` (..., joints) N m and the carriage's acceleration, both held.
 
-        One step of the classical Runge-Kutta method, whose stages see the memory advanced to their own instants.
+        One step of the classical Runge-Kutta method, whose stages see the memory advanced to their own instants. `base` is the motion of
+        base and water at the beginning of the step; its accelerations are held.
 
         Raises ModelError where `dt` is not positive, the arm has no inertia, or a learned model gives that torque at no acceleration.
         """
         require(isinstance(state, ArmState), f"state = {state!r:.80}: give what reset, step or follow returned", ModelError)
         dt = step_length(dt)
         form, (q, qd, tau_, u0, du0_) = rows(self.nq, {"q": state.q, "qd": state.qd, "tau": tau}, {"u0": state.u0, "du0": du0})
+        around = surroundings(base, form)
 
         def slope(half: int, q: Tensor, qd: Tensor, _near: Tensor | None) -> Tensor:
             """Return the accelerations rad/s^2 `half` dt/2 s into the step, at `q` rad and `qd` rad/s."""
             h = half * dt / 2
-            return self._solve(q, qd, tau_, u0 + h * du0_, du0_, self._memory_of(state, len(q), h) if h else self._memory_of(state, len(q)))
+            carried = self._memory_of(state, len(q), h) if h else self._memory_of(state, len(q))
+            return self._solve(q, qd, tau_, u0 + h * du0_, du0_, carried, None if around is None else around.after(h))
 
         after, speed, _ = runge_kutta_step(slope, q, qd, dt)
-        return self._after(state, form, after, speed, u0 + dt * du0_, dt)
+        return self._after(state, form, after, speed, u0 + dt * du0_, dt, None if around is None else around.after(dt))
 
-    def _after(self, state: ArmState, form: Form, q: Tensor, qd: Tensor, u0: Tensor, dt: float) -> ArmState:
+    def _after(self, state: ArmState, form: Form, q: Tensor, qd: Tensor, u0: Tensor, dt: float, base: Surroundings | None) -> ArmState:
         carried = self._memory_of(state, len(q), dt)
-        memory = {} if carried is None else self._memory_at(q, qd, u0, carried)
+        memory = {} if carried is None else self._memory_at(q, qd, u0, carried, base)
         return ArmState(form.out(q), form.out(qd), form.out(u0), state.t + dt, memory)

@@ -1,4 +1,4 @@
-"""The state of an arm at an instant of a run, how its base moves, and the derivatives of its torques, in the caller's form."""
+"""The state of an arm at an instant of a run, how its base and the water move, and the derivatives of its torques, in the caller's form."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -6,14 +6,16 @@ from typing import Any, Final, final
 
 import numpy as np
 import torch
+from torch import Tensor
 
 from nnhydro.dynamics.arrays import Answer, Form, Number, rows
 from nnhydro.errors import ModelError, require
 from nnhydro.physics.carried import Memory
-from nnhydro.physics.motion import Base
+from nnhydro.physics.motion import Base, Water
 
 BASE: Final = ("base_x_m_s", "dbase_x_m_s2", "base_yaw_rad", "base_yaw_rad_s", "dbase_yaw_rad_s2")
-BaseMotion = Mapping[str, Number] | None  # by the keys of BASE, what is not given is 0; the base's velocity along +Y is u0
+CURRENT: Final = ("current_x_m_s", "current_y_m_s", "dcurrent_x_m_s2", "dcurrent_y_m_s2")
+BaseMotion = Mapping[str, Number] | None  # by the keys of BASE and CURRENT, what is not given is 0; the base's velocity along +Y is u0
 
 
 @final
@@ -40,14 +42,37 @@ class Jacobians:
     du0: Answer  # (..., joints) kg m
 
 
-def base_rows(given: BaseMotion, form: Form) -> Base | None:
-    """Return the base's motion as rows; raises ModelError for a key that it does not have."""
+@final
+@dataclass(frozen=True, eq=False)
+class Surroundings:
+    """How base and water move, row by row, at an instant; accelerations go on as they are."""
+
+    base: Base
+    current: Water | None
+
+    def rows(self, chosen: Tensor) -> "Surroundings":
+        """Return some rows."""
+        return Surroundings(self.base.rows(chosen), None if self.current is None else self.current.rows(chosen))
+
+    def after(self, h: float) -> "Surroundings":
+        """Return both `h` s later."""
+        base, current = self.base, self.current
+        moved = Base(base.vx + h * base.ax, base.ax, base.heading + h * base.rate + h**2 / 2 * base.acceleration,
+                     base.rate + h * base.acceleration, base.acceleration)
+        return Surroundings(moved, None if current is None else Water(current.velocity + h * current.acceleration, current.acceleration))
+
+
+def surroundings(given: BaseMotion, form: Form) -> Surroundings | None:
+    """Return how base and water move, as rows; raises ModelError for a key that they do not have."""
     if given is None:
         return None
-    unknown = [key for key in given if key not in BASE]
-    require(not unknown, f"base: unknown key {unknown[:1]}: give {', '.join(BASE)}; its velocity along +Y is u0", ModelError)
-    _, values = rows(0, {}, {"": torch.zeros(form.lead, dtype=torch.float64)} | {key: given.get(key, 0.0) for key in BASE})
-    return Base(*values[1:])
+    known = (*BASE, *CURRENT)
+    unknown = [key for key in given if key not in known]
+    require(not unknown, f"base: unknown key {unknown[:1]}: give {', '.join(known)}; its velocity along +Y is u0", ModelError)
+    _, (_, *values) = rows(0, {}, {"": torch.zeros(form.lead, dtype=torch.float64)} | {key: given.get(key, 0.0) for key in known})
+    n = len(BASE)
+    velocity, acceleration = torch.stack(values[n:n + 2], dim=1), torch.stack(values[n + 2:], dim=1)
+    return Surroundings(Base(*values[:n]), Water(velocity, acceleration) if any(key in CURRENT for key in given) else None)
 
 
 def step_length(dt: Any) -> float:

@@ -14,6 +14,7 @@ import nnhydro
 from nnhydro.deployment.step import MemoryStep, inputs_along
 from nnhydro.dynamics.hub import hub_wrench
 from nnhydro.dynamics.joint_model import joint_model
+from nnhydro.dynamics.state import BASE, CURRENT
 from nnhydro.effects.hypotheses.coulomb_friction import CoulombFriction
 from nnhydro.effects.hypotheses.flow_memory import FlowMemory
 from nnhydro.effects.hypotheses.wake_development import WakeDevelopment
@@ -30,7 +31,7 @@ from nnhydro.physics.loads.axial_added_mass import AxialAddedMass
 from nnhydro.physics.loads.history_force import HistoryForce
 from nnhydro.physics.loads.normal_drag import NormalDrag
 from nnhydro.physics.loads.rigid_body import RigidBody
-from nnhydro.physics.motion import Motion
+from nnhydro.physics.motion import Base, Motion, Water
 from nnhydro.physics.travel.state_model import bspline_loads, state_loads
 
 ROUNDING = 1e-10  # of the torque
@@ -247,6 +248,37 @@ def test_the_bias_holds_what_an_accelerating_and_turning_base_asks_for():
     np.testing.assert_array_equal(dynamics.bias(q, qd, 0.2, 1.5, base=base), dynamics.inverse_dynamics(q, qd, zero, 0.2, 1.5, base=base))
     turned = dynamics.inverse_dynamics([0.7, -0.5], [1.3, 0.2], [-0.5, 0.0], 0.2, 1.5)
     np.testing.assert_allclose(dynamics.bias(q, qd, 0.2, 1.5, base=base), turned, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["state", "hybrid"])
+def test_the_memory_follows_the_wake_of_a_moving_base_in_a_current(name, hybrid):
+    model = theory(arm(2), state_loads(arm(2))) if name == "state" else hybrid
+    motion, t = run(2, 75), run(2, 75).t
+    sin, cos = torch.sin(t), torch.cos(t)
+    base = Base(0.3 * sin, 0.3 * cos, 0.2 * (1 - cos), 0.2 * sin, 0.2 * cos)
+    water = Water(torch.stack([0.2 * sin, 0.1 * sin], 1), torch.stack([0.2 * cos, 0.1 * cos], 1))
+    dynamics, found, state = nnhydro.Dynamics(model), [], None
+    for k in range(len(t)):
+        columns = [base.vx, base.ax, base.heading, base.rate, base.acceleration, *water.velocity.T, *water.acceleration.T]
+        around = {key: float(x[k]) for key, x in zip((*BASE, *CURRENT), columns, strict=True)}
+        q, qd, qdd, u0, du0 = (getattr(motion, key)[k].numpy() for key in ("q", "qd", "qdd", "u0", "du0"))
+        state = dynamics.follow(state, q, qd, float(t[k] - t[k - 1]), u0, base=around) if k else dynamics.reset(q, qd, u0, around)
+        found.append(dynamics.inverse_dynamics(q, qd, qdd, u0, du0, state, around))
+    want = dynamics.model.torque(replace(motion, base=base, current=water)).numpy()
+    assert np.abs(np.array(found) - want).max() < STEPPED * np.sqrt((want**2).mean())
+    assert np.abs(np.array(found) - dynamics.model.torque(motion).numpy()).max() > 0.1 * np.sqrt((want**2).mean())
+
+
+def test_steps_on_an_accelerating_vehicle_are_those_on_a_carriage_that_moves_alike():
+    """A base along +X under a heading of -90 degrees is a carriage along +Y, and a current is the base's motion the other way round."""
+    dynamics, tau = nnhydro.Dynamics(theory(arm(2), state_loads(arm(2)))), [1.0, -0.3]
+    carriage, vehicle = dynamics.reset([0.3, -0.5], [0.6, 0.2], 0.4), dynamics.reset(
+        [0.3, -0.5], [0.6, 0.2], base={"base_x_m_s": 0.4, "base_yaw_rad": -np.pi / 2})
+    for k in range(6):
+        around = {"base_x_m_s": 0.4 - 0.6 * 0.02 * k, "dbase_x_m_s2": -0.6, "base_yaw_rad": -np.pi / 2}
+        carriage, vehicle = dynamics.step(carriage, tau, 0.02, -0.6), dynamics.step(vehicle, tau, 0.02, base=around)
+    np.testing.assert_allclose(vehicle.q, carriage.q, atol=1e-12)
+    assert np.abs(dynamics.step(vehicle, tau, 0.5).q - dynamics.step(vehicle, tau, 0.5, base=around).q).max() > 1e-4
 
 
 @pytest.mark.slow
