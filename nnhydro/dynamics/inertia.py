@@ -64,9 +64,11 @@ def least_inertia(mass: Tensor) -> Tensor:
 
 def least_slope(torque: TorqueOf, qdd: Tensor, small: float | Tensor) -> Tensor:
     """Return the least inertia (m,) kg m^2 of the slopes at `qdd` (m, joints); below `small` also beside the kinks at rest."""
+    (m, n), shift = qdd.shape, STEP * torch.eye(qdd.shape[1], dtype=torch.float64)
     near = (qdd.abs() < small).any(dim=1, keepdim=True)
-    slopes = [least_inertia(tangent(torque, torch.where(near, at, qdd))) for at in (qdd, NEAR_REST, -NEAR_REST)]
-    return torch.stack(slopes).amin(dim=0)
+    points = torch.stack([torch.where(near, at, qdd) for at in (qdd, NEAR_REST, -NEAR_REST)], dim=1)
+    found = torque((points[:, :, None, :] + torch.cat([shift, -shift])).flatten(1, 2)).reshape(3 * m, 2 * n, n)
+    return least_inertia((found[:, :n] - found[:, n:]) / (2 * STEP)).reshape(m, 3).amin(dim=1)
 
 
 def solve_inertia(mass: Tensor, torque: Tensor) -> Tensor:
