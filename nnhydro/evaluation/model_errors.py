@@ -20,11 +20,12 @@ _RECENT = RecentMemo(3_000_000)  # bytes: what a benchmark has judged it draws
 
 def _torque_and_std(model: TorqueModel, segment: Segment) -> tuple[Array, Array | None]:
     """The model's torque (n, joints) N m on a segment, through the same filter as the measured one, and its standard deviation."""
-    def found() -> tuple[Array, Array | None]:
+    def compute() -> tuple[Array, Array | None]:
+        """Return both."""
         tau, std = model.torque_and_std(Motion.of(segment))
         return segment.filter(tau.numpy()), None if std is None else std.numpy()
 
-    return _RECENT.of((model, segment), found, lambda both: 2 * both[0].nbytes)
+    return _RECENT.of((model, segment), compute, lambda both: 2 * both[0].nbytes)
 
 
 def model_torque(model: TorqueModel, segment: Segment) -> Array:
