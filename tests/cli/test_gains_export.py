@@ -33,12 +33,13 @@ def test_gains_writes_a_table_a_plot_and_the_matrices(place, said, tmp_path, nam
     assert written["schema"] == "nnhydro/gains/1"
     if name == "hybrid":
         assert json.loads(out) == written
+        assert written["inertia_check"]["states"] > 50
     else:
         assert "damping, textbook" in out
 
 
 @pytest.mark.parametrize(("option", "value", "word"), [("--speed", "0", "--speed"), ("--speed", "nan", "--speed"),
-                                                       ("--tow", "inf", "--tow"),
+                                                       ("--tow", "inf", "--tow"), ("--tow", "1e9", "between -1000 and 1000"),
                                                        ("--posture", "a,b", "--posture"), ("--posture", "1,2,3", "3 angles"),
                                                        ("--posture", "0", "1 angle for an arm of 2 joints: give all 2, as in --posture")])
 def test_gains_refuses_states_that_are_none(place, said, tmp_path, option, value, word):
