@@ -22,7 +22,8 @@ from pathlib import Path
 from typing import Any
 
 ABSURD = 5.0  # an error above is no figure
-STORED = ("results.json", "collected_again.json", "thirty.json", "fourteen.json", "fifteen.json", "twelve.json")  # as collected
+STORED = ("results.json", "collected_again.json", "thirty.json", "fourteen.json", "fifteen.json", "twelve.json",
+          "fourteen_more.json")  # as collected
 PICTURES = ("torque_history.png", "laws.png", "residual_map.png")
 
 
