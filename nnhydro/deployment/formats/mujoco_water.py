@@ -59,7 +59,7 @@ class MujocoWater:
 
     def water(self, q: Array, qd: Array, state: ArmState) -> tuple[Array, Array]:
         """Return F (joints, joints) kg m^2 and g (joints,) N m of the model less the dry arm."""
-        full, dry = (model.mass_matrix(q, qd, self.qdd + 1e-3, state=s) for model, s in ((self.dynamics, state), (self.dry, None)))
+        full, dry = (model.mass_matrix(q, qd, state=s) for model, s in ((self.dynamics, state), (self.dry, None)))
         whole = self.dynamics.inverse_dynamics(q, qd, self.qdd, state=state) - self.dry.inverse_dynamics(q, qd, self.qdd)
         F = full - dry
         return F, whole - F @ self.qdd

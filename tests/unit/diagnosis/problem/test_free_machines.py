@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from campaigns import campaign, planted
-from diagnosed import hanging
+from diagnosed import hanging, tethered
 from rigs import arm
 
 from nnhydro.diagnosis.problem.baseline import baseline_of
@@ -54,6 +54,20 @@ def test_of_a_free_machine_that_alone_is_balanced_which_lifts_the_weight_at_rest
     np.testing.assert_allclose(made, rotor, atol=1e-9 * np.abs(rotor).max(), err_msg="its column stays as it is")
     driven = of(campaign(ARM, planted(ARM), count=4, noise=0.01))
     assert not driven.shares_of_model([laws["buoyancy_tilt"]]).any(), "torque tells the scale of what is driven"
+
+
+def test_the_weight_sets_the_scale_only_where_it_varies_with_the_motion():
+    """A pendulum's does; that of a rod which a spring holds level hardly does, though it is nearly as large as the inertia's torque."""
+    def seen(whole):
+        problem = problem_of(whole, edge=8.0)
+        return design_of(problem, baseline_of("rigid", whole.arm, problem.units(), Preparation(LowPass(8.0))))
+
+    assert seen(tethered()).heavy
+    level = seen(tethered(12.0, 0.25, 0.25, 0.05, 3.0))
+    assert level.undriven
+    assert not level.heavy
+    weight, inertia = level.part_rms[0]
+    assert weight > 0.5 * inertia
 
 
 def test_a_machine_that_coasts_has_the_inertia_that_is_stated_and_laws_as_they_are():
