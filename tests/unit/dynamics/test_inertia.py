@@ -45,6 +45,14 @@ def test_over_large_accelerations_a_torque_with_a_kink_has_the_inertia_of_a_mass
     assert bool((least_slope(kinked, rest + 0.5, 1.0) < 0).all())
 
 
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_torque_that_falls_on_one_side_of_rest_alone_is_seen_from_either_side(sign):
+    def one_sided(qdd):
+        return affine(qdd) - 4.0 * sign * (sign * qdd).clamp(0.0, 0.2)
+
+    assert bool((least_slope(one_sided, torch.full((2, 2), -0.5 * sign, dtype=torch.float64), 1.0) < 0).all())
+
+
 @pytest.mark.parametrize("torque", [affine, stiffening])
 def test_the_acceleration_found_gives_the_torque_asked_for(torque):
     tau = torch.tensor([[5.0, -3.0], [-20.0, 8.0]], dtype=torch.float64)
